@@ -14,7 +14,6 @@ from torquerig.device_sim.devices import NEVER_NS, Emission, SimulatedDevices
 from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.url import open_bus
-from torquerig.driver.errors import BusError, BusUrlError
 from torquerig.driver.wire.frame import Frame
 
 PATIENCE_NS = 20 * 10**9  # real time on a shared machine: order and content are asserted, never speed
@@ -97,34 +96,23 @@ class RealTimeBench:
             bus.close()
 
 
-def why_not(url: str) -> str | None:
-    """Return why a bus that is not everywhere cannot be had here, or None if it can."""
-    try:
-        open_bus(url, bitrate=1_000_000).close()
-    except (BusUrlError, BusError) as error:
-        return str(error)
-    return None
+URLS = {
+    "unix": "unix:{folder}",
+    "virtual": "virtual:bench-{number}",
+    "udp_multicast": "udp_multicast:239.74.163.2",
+    "socketcan": "socketcan:vcan0",
+}
 
 
-ELSEWHERE = {"udp_multicast": "udp_multicast:239.74.163.2", "socketcan": "socketcan:vcan0"}
-WHY_NOT = {kind: why_not(url) for kind, url in ELSEWHERE.items()}
-
-
-@pytest.fixture(params=["lockstep", "unix", "virtual", *(kind for kind, reason in WHY_NOT.items() if reason is None)])
+@pytest.fixture(
+    params=["lockstep", "unix", "virtual", "udp_multicast", pytest.param("socketcan", marks=pytest.mark.vcan)]
+)
 def bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[LockstepBench | RealTimeBench]:
     kind = request.param
     if kind == "lockstep":
         bench = LockstepBench()
     else:
-        urls = {"unix": f"unix:{tmp_path / 'bus'}", "virtual": f"virtual:bench-{next(_numbers)}", **ELSEWHERE}
-        bench = RealTimeBench(urls[kind], echoes=kind == "udp_multicast")
+        url = URLS[kind].format(folder=tmp_path / "bus", number=next(_numbers))
+        bench = RealTimeBench(url, echoes=kind == "udp_multicast")
     yield bench
     bench.close()
-
-
-@pytest.fixture(params=ELSEWHERE)
-def tried(request: pytest.FixtureRequest) -> str:
-    """Return the kind of a bus that may be missing here, or skip with the reason, once a kind."""
-    if (reason := WHY_NOT[request.param]) is not None:
-        pytest.skip(reason)
-    return request.param

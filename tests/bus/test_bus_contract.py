@@ -22,10 +22,6 @@ def take(bench, count: int) -> list:
     return arrivals
 
 
-def test_the_buses_that_not_every_machine_has_are_in_the_suite_where_they_are(tried):
-    assert tried in {"udp_multicast", "socketcan"}
-
-
 class TestAnyBus:
     def test_a_members_frames_arrive_in_order_and_whole(self, bench):
         said = [Frame(0x181, k.to_bytes(4, "little") + bytes(k % 5)) for k in range(MANY)]
@@ -46,12 +42,11 @@ class TestAnyBus:
             bench.say(0, frame)
         assert {arrival.frame for arrival in take(bench, 3)} == set(said)
 
-    def test_a_member_does_not_hear_itself_unless_it_asks_to(self, bench):
-        if bench.echoes:
-            pytest.skip("this interface cannot but hear itself")
+    def test_a_member_hears_itself_only_on_a_bus_that_cannot_but_echo(self, bench):
         bench.bus.send(Frame(0x123))
         bench.say(0, Frame(0x181))
-        assert [arrival.frame for arrival in take(bench, 1)] == [Frame(0x181)]
+        expected = [Frame(0x123), Frame(0x181)] if bench.echoes else [Frame(0x181)]
+        assert [arrival.frame for arrival in take(bench, len(expected))] == expected
         assert bench.bus.receive(bench.bus.now_ns() + 1_000_000) is None
 
     def test_arrival_times_never_run_backwards_and_are_past(self, bench):
@@ -87,8 +82,6 @@ class TestAnyBus:
         assert [arrival.frame.can_id for arrival in take(bench, 2)] == [0x181, 0x182]
 
     def test_python_can_reads_and_writes_the_same_bus(self, bench):
-        if bench.echoes:
-            pytest.skip("this interface cannot but hear itself")
         bench.say(0, Frame(0x181, b"\x01\x02"))
         message = bench.python_can.recv(20.0)
         assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (0x181, b"\x01\x02", False)
