@@ -68,7 +68,11 @@ def test_every_readable_object_of_the_eds_reads_with_the_length_of_its_type(driv
     for entry in drive.object_dictionary.values():
         variables = [entry] if isinstance(entry, canopen.objectdictionary.ODVariable) else list(entry.values())
         for variable in variables:
-            if variable.readable and variable.index >= 0x1000:
+            if variable.index == 0x1003 and variable.subindex > 0:
+                with pytest.raises(canopen.SdoAbortedError) as nothing:  # CiA 301, 7.5.2.4: no error, no entry
+                    drive.sdo.upload(variable.index, variable.subindex)
+                assert nothing.value.code == 0x08000024
+            elif variable.readable and variable.index >= 0x1000:
                 data = drive.sdo.upload(variable.index, variable.subindex)
                 if variable.data_type in canopen.objectdictionary.datatypes.NUMBER_TYPES:
                     assert len(data) * 8 == len(variable), variable.name
@@ -102,22 +106,26 @@ def test_a_drive_walks_to_operation_enabled_and_back(drive):
         assert state_bits(drive) & 0x4F == bits & 0x4F
 
 
-def test_the_librarys_own_402_machine_enables_the_drive(drive):
+def test_the_librarys_own_402_machine_enables_the_drive(network, drive):
+    """It reads the statusword from TPDO1, so SYNC must run; a thread sends it, hence the patient period in 1006."""
+    drive.sdo[0x1006].raw = 1_000_000
     drive.nmt.state = "OPERATIONAL"
     drive.setup_402_state_machine()
+    network.sync.start(0.02)
     drive.state = "OPERATION ENABLED"
     assert drive.state == "OPERATION ENABLED"
     drive.state = "SWITCH ON DISABLED"
+    network.sync.stop()
     assert state_bits(drive) == 0x40
 
 
 def test_torque_commanded_by_rpdo_turns_the_encoder_that_way(network, drive):
-    """Node 1 alone pushes with 0.15 N·m, 3015 counts: more than the friction of the machine, for a moment."""
+    """Node 1 alone pushes with 0.4 N·m, 8040 counts: more than the friction of all three joints, for a moment."""
     drive.nmt.state = "OPERATIONAL"
     drive.sdo[0x2120][2].raw = 0
     enable(drive)
     before = drive.sdo[0x6064].raw
-    network.send_message(0x201, struct.pack("<Hh", 0x0F, 3015))
+    network.send_message(0x201, struct.pack("<Hh", 0x0F, 8040))
     moved = 0
     give_up = time.monotonic() + PATIENCE_S
     while moved < 50 and time.monotonic() < give_up:
