@@ -1,0 +1,4 @@
+"""device_sim."""
+
+if __name__ == "device_sim":
+    raise ImportError("import torquerig.device_sim: this folder is part of torquerig, not a package of its own")

@@ -1,0 +1,165 @@
+"""A PDO that the node receives (CiA 301, 7.2.2)."""
+
+from collections.abc import Callable
+
+from torquerig.device_sim.canopen.core import NodeCore
+from torquerig.device_sim.canopen.emergency import EmergencyProducer
+from torquerig.device_sim.canopen.mapping import MappingObject
+from torquerig.device_sim.canopen.object_store import Entry, Watcher
+from torquerig.device_sim.canopen.pdo_parameters import PdoParameters
+from torquerig.driver.wire import pdo
+from torquerig.driver.wire.emcy import EmergencyCode
+from torquerig.driver.wire.frame import Frame
+from torquerig.driver.wire.sdo_abort import SdoAbort
+
+
+class Rpdo:
+    """Writes received data into the objects, on reception or at the next SYNC.
+
+    Attributes:
+        parameters: Its communication object.
+        synchronous: SYNC makes its data valid.
+        received: Frames that were long enough.
+        too_short: Frames that were not, and were not processed.
+        refused: Values that limits or guards of their objects refused.
+    """
+
+    __slots__ = (
+        "_codec",
+        "_complaint",
+        "_deadline",
+        "_emergency",
+        "_entries",
+        "_event_ns",
+        "_mapping",
+        "_pending",
+        "_slots",
+        "_store",
+        "_watched",
+        "_watchers",
+        "parameters",
+        "received",
+        "refused",
+        "synchronous",
+        "too_short",
+    )
+
+    def __init__(
+        self, number: int, core: NodeCore, emergency: EmergencyProducer, missed: Callable[[int], None]
+    ) -> None:
+        """Build it.
+
+        Args:
+            number: From 0: objects 1400 + number and 1600 + number.
+            core: The node's shared parts.
+            emergency: Is told of wrong lengths.
+            missed: Called when the event timer's deadline passes while it is watched.
+        """
+        store = core.store
+        self.parameters = PdoParameters(store, 0x1400 + number, pdo.allowed_for_rpdo, lambda: self._mapping.count)
+        self._mapping = MappingObject(store, 0x1600 + number, lambda: self.parameters.exists, inward=True)
+        self._store = store
+        self._emergency = emergency
+        self._deadline = core.timers.add(missed)
+        self._watched = False
+        self._complaint: EmergencyCode | None = None
+        self._pending: bytes | None = None
+        self.received = 0
+        self.too_short = 0
+        self.refused = 0
+        self.reload()
+
+    def reload(self) -> None:
+        """Take over what the objects say now."""
+        mapping = self._mapping.compile()
+        self._codec = mapping.codec
+        self._slots = tuple(entry.slot for entry in mapping.entries)
+        checked = any(self._store.is_checked(entry) for entry in mapping.entries)
+        self._entries: tuple[Entry, ...] = mapping.entries if checked else ()
+        watchers = (watcher for entry in mapping.entries for watcher in self._store.watchers(entry.index))
+        self._watchers: tuple[Watcher, ...] = tuple(dict.fromkeys(watchers))
+        self.synchronous = pdo.is_synchronous(self.parameters.transmission_type)
+        self._event_ns = self.parameters.event_ns if self.parameters.exists else 0
+        self._pending = None
+
+    @property
+    def active(self) -> bool:
+        """Whether it exists and has something to carry."""
+        return self.parameters.exists and self._codec.size > 0
+
+    def watch(self, from_ns: int) -> None:
+        """Watch the event timer: a reception is due within it from now on, and after every reception."""
+        self._watched = True
+        if self._event_ns:
+            self._deadline.arm(from_ns + self._event_ns)
+        else:
+            self._deadline.cancel()
+
+    def unwatch(self) -> None:
+        """Watch no deadline."""
+        self._watched = False
+        self._deadline.cancel()
+
+    def renew(self, at_ns: int) -> None:
+        """Take over a changed configuration while the node runs."""
+        self.reload()
+        if self._watched:
+            self.watch(at_ns)
+
+    def receive(self, frame: Frame, at_ns: int) -> None:
+        """Hear a frame on its identifier."""
+        data = frame.data
+        size = self._codec.size
+        if len(data) != size or self._complaint is not None:
+            self._judge_length(len(data), at_ns)
+            if len(data) < size:
+                self.too_short += 1
+                return
+        self.received += 1
+        if self._watched and self._event_ns:
+            self._deadline.arm(at_ns + self._event_ns)
+        if self.synchronous:
+            self._pending = data
+        else:
+            self._apply(data, at_ns, at_ns + self._store.reaction_ns)
+
+    def sync(self, at_ns: int) -> None:
+        """Let the data that came since the last SYNC take effect."""
+        data = self._pending
+        if data is not None:
+            self._pending = None
+            self._apply(data, at_ns, at_ns)
+
+    def _apply(self, data: bytes, at_ns: int, effect_ns: int) -> None:
+        received: tuple[int, ...] = self._codec.unpack_from(data)
+        values = self._store.values
+        if self._entries:
+            self._apply_checked(received)
+        else:
+            for slot, value in zip(self._slots, received, strict=True):
+                values[slot] = value
+        for watcher in self._watchers:
+            watcher(at_ns, effect_ns)
+
+    def _apply_checked(self, received: tuple[int, ...]) -> None:
+        for entry, value in zip(self._entries, received, strict=True):
+            try:
+                self._store.check(entry, value)
+            except SdoAbort:
+                self.refused += 1
+            else:
+                self._store.values[entry.slot] = value
+
+    def _judge_length(self, length: int, at_ns: int) -> None:
+        """Tell a wrong length by EMCY 0x8210 (too short) or 0x8220 (longer than mapped), and when it is right again."""
+        complaint = None
+        if length != self._codec.size:
+            too_short = length < self._codec.size
+            complaint = EmergencyCode.PDO_TOO_SHORT if too_short else EmergencyCode.PDO_TOO_LONG
+        if complaint is self._complaint:
+            return
+        if self._complaint is not None:
+            self._emergency.clear((self._complaint, self), at_ns)
+        self._complaint = complaint
+        if complaint is not None:
+            self._emergency.report(complaint, at_ns, cause=(complaint, self))

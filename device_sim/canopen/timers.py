@@ -1,0 +1,83 @@
+"""Alarms of a node, at exact times."""
+
+from collections.abc import Callable
+
+from torquerig.device_sim.devices import NEVER_NS
+
+
+class Timers:
+    """The alarms of one node; which is next is known without a search.
+
+    Alarms at the same time ring in the order in which they were added.
+
+    Attributes:
+        now_ns: Time of what is being served, or was last [ns].
+        next_ns: When the next alarm rings, NEVER_NS when none is set [ns].
+    """
+
+    __slots__ = ("actions", "dues", "next_ns", "now_ns")
+
+    def __init__(self, now_ns: int = 0) -> None:
+        self.now_ns = now_ns
+        self.next_ns = NEVER_NS
+        self.dues: list[int] = []
+        self.actions: list[Callable[[int], None]] = []
+
+    def add(self, action: Callable[[int], None]) -> "Timer":
+        """A new alarm, not set yet.
+
+        Args:
+            action: Called with the time for which the alarm was set; the alarm is then unset.
+        """
+        self.dues.append(NEVER_NS)
+        self.actions.append(action)
+        return Timer(self, len(self.dues) - 1)
+
+    def ring(self) -> None:
+        """Ring the next alarm; there must be one."""
+        dues = self.dues
+        due_ns = self.next_ns
+        slot = dues.index(due_ns)
+        dues[slot] = NEVER_NS
+        self.next_ns = min(dues)
+        self.now_ns = due_ns
+        self.actions[slot](due_ns)
+
+    def clear(self) -> None:
+        """Unset all alarms."""
+        self.dues[:] = [NEVER_NS] * len(self.dues)
+        self.next_ns = NEVER_NS
+
+
+class Timer:
+    """One alarm."""
+
+    __slots__ = ("_slot", "_timers")
+
+    def __init__(self, timers: Timers, slot: int) -> None:
+        self._timers = timers
+        self._slot = slot
+
+    @property
+    def due_ns(self) -> int:
+        """When it rings, NEVER_NS when it is not set [ns]."""
+        return self._timers.dues[self._slot]
+
+    @property
+    def is_set(self) -> bool:
+        """Whether it will ring."""
+        return self.due_ns < NEVER_NS
+
+    def arm(self, due_ns: int) -> None:
+        """Set it, or set it anew, to an absolute time [ns]."""
+        timers = self._timers
+        was_ns = timers.dues[self._slot]
+        timers.dues[self._slot] = due_ns
+        if due_ns < timers.next_ns:
+            timers.next_ns = due_ns
+        elif was_ns == timers.next_ns:
+            timers.next_ns = min(timers.dues)
+
+    def cancel(self) -> None:
+        """Unset it."""
+        self.arm(NEVER_NS)

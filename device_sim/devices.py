@@ -1,0 +1,128 @@
+"""Simulated devices on one bus: who hears a frame, and in which order time passes for them all.
+
+Sans I/O: frames and times go in, frames that are ready to be sent come out. Whoever joins this to a bus (in simulated
+or in real time) arbitrates, delays and stamps the frames.
+"""
+
+from collections.abc import Container, Iterable, Mapping
+from types import MappingProxyType
+from typing import Final, NamedTuple, Protocol, runtime_checkable
+
+from torquerig.driver.wire.frame import Frame
+
+NEVER_NS: Final = 1 << 62  # a time that no simulation reaches: 146 years
+
+
+class Emission(NamedTuple):
+    """A frame that a node wants to send.
+
+    Attributes:
+        ready_ns: When the node hands it to its CAN controller; arbitration starts then, never before.
+        node_id: Who sends it.
+        frame: The frame.
+    """
+
+    ready_ns: int
+    node_id: int
+    frame: Frame
+
+
+class Node(Protocol):
+    """One device on the bus. Its time moves forward only, by `advance` and `receive`."""
+
+    @property
+    def node_id(self) -> int:
+        """CANopen node-id, 1 to 127."""
+        ...
+
+    def next_event_ns(self) -> int:
+        """When something happens next in the node without a frame; NEVER_NS when nothing will."""
+        ...
+
+    def advance(self, to_ns: int) -> None:
+        """Let everything happen that is due at or before the time."""
+        ...
+
+    def receive(self, frame: Frame, at_ns: int) -> None:
+        """Hear a frame that was complete at the time; any frame is legal, and none raises."""
+        ...
+
+    def take(self) -> list[Emission]:
+        """What the node wants to send since it was last asked, in the order in which it decided so."""
+        ...
+
+
+@runtime_checkable
+class SelectiveNode(Node, Protocol):
+    """A node that tells which frames mean something to it, so that it need not be asked about the others."""
+
+    @property
+    def listeners(self) -> Container[int]:
+        """Identifiers of the 11-bit data frames that it hears now: always the same object, with the present content."""
+        ...
+
+
+class SimulatedDevices:
+    """All nodes of one bus under one time: events happen in their order, whichever node they belong to.
+
+    The order matters because the nodes' motors share a machine, whose time cannot go back.
+
+    Attributes:
+        nodes: The nodes by node-id.
+    """
+
+    def __init__(self, nodes: Iterable[Node]) -> None:
+        self._nodes = tuple(nodes)
+        self.nodes: Mapping[int, Node] = MappingProxyType({node.node_id: node for node in self._nodes})
+        if len(self.nodes) != len(self._nodes):
+            raise ValueError(f"node-ids must differ: {sorted(node.node_id for node in self._nodes)}")
+        self._hearers = tuple(
+            (node.node_id, node, node.listeners if isinstance(node, SelectiveNode) else _ALL) for node in self._nodes
+        )
+
+    def next_event_ns(self) -> int:
+        """When something happens next without a frame; NEVER_NS when nothing will."""
+        return min([node.next_event_ns() for node in self._nodes], default=NEVER_NS)
+
+    def advance(self, to_ns: int) -> list[Emission]:
+        """Let everything happen that is due at or before the time.
+
+        Args:
+            to_ns: Time to advance to; one that has passed changes nothing [ns].
+
+        Returns:
+            What the nodes want to send, in the order of the events.
+        """
+        emissions: list[Emission] = []
+        while self._nodes:
+            dues = [node.next_event_ns() for node in self._nodes]
+            due_ns = min(dues)
+            if due_ns > to_ns:
+                break
+            node = self._nodes[dues.index(due_ns)]
+            node.advance(due_ns)
+            emissions += node.take()
+        return emissions
+
+    def receive(self, frame: Frame, at_ns: int, sender: int | None = None) -> list[Emission]:
+        """Let every node but the sender hear a frame, after all that is due until then has happened.
+
+        Args:
+            frame: The frame.
+            at_ns: When it was complete on the bus [ns].
+            sender: Node-id of the node it comes from, or None when it comes from outside.
+
+        Returns:
+            What the nodes want to send, in the order in which they decided so.
+        """
+        emissions = self.advance(at_ns)
+        can_id = frame.can_id
+        plain = not (frame.remote or frame.extended)
+        for node_id, node, listeners in self._hearers:
+            if node_id != sender and (can_id in listeners or not plain):
+                node.receive(frame, at_ns)
+                emissions += node.take()
+        return emissions
+
+
+_ALL: Final = range(1 << 29)  # what a node hears that does not select

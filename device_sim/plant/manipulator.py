@@ -1,0 +1,171 @@
+"""The planar manipulator as a machine: three motors, their current loops, dry friction, the redundant mechanism."""
+
+from math import isfinite
+
+import numpy as np
+import numpy.typing as npt
+
+from torquerig.device_sim.plant import integrator, layout
+from torquerig.device_sim.plant.friction import Friction
+from torquerig.device_sim.plant.motion import inside
+from torquerig.device_sim.plant.truth_log import TruthLog
+from torquerig.mechanism import HOME, Manipulator
+
+Array = npt.NDArray[np.float64]
+
+NANOSECOND = 1e-9
+
+
+class PlanarManipulatorMachine:
+    """The manipulator at rest at a start position, motor torques and demands zero; satisfies `Machine`.
+
+    At the edge of the workspace, before any singularity, it meets a rigid inelastic stop.
+
+    Attributes:
+        axes: Number of motors.
+        log: The truth's log, if one is kept.
+    """
+
+    axes = 3
+
+    def __init__(
+        self,
+        manipulator: Manipulator,
+        friction: Friction,
+        *,
+        lag: float = 1e-4,
+        position: tuple[float, float] = HOME,
+        step_ns: int = 100_000,
+        start_ns: int = 0,
+        log: TruthLog | None = None,
+    ) -> None:
+        """The machine at rest.
+
+        Args:
+            manipulator: The true machine, viscous friction included.
+            friction: Dry friction of the active joints.
+            lag: Time constant of the current loops; 0: torque is demand [s].
+            position: Where the end-effector stands [m].
+            step_ns: Longest integration step [ns].
+            start_ns: The machine's first instant [ns].
+            log: Where to keep the truth.
+
+        Raises:
+            ReachError: A leg cannot reach the position.
+            ValueError: The position lies at the workspace's edge; or lag or step are out of range.
+        """
+        if not (isfinite(lag) and lag >= 0.0):
+            raise ValueError(f"lag is {lag} s: must be finite and not below 0")
+        if not 0 < step_ns <= 100_000:
+            raise ValueError(f"step_ns is {step_ns}: must be above 0 and at most 100000")
+        manipulator.inverse_kinematics(position)
+        self.log = log
+        self._gear = manipulator.gear_ratio
+        self._constants = manipulator.packed
+        self._parameters = np.array([*friction.coulomb, *friction.breakaway, lag, step_ns * NANOSECOND])
+        self._state = np.zeros(layout.STATE)
+        self._state[layout.POSITION : layout.POSITION + 2] = position
+        self._seen = np.zeros(layout.SEEN)
+        self._now_ns = start_ns
+        if not inside(self._constants, tuple(self._state[: layout.TORQUE].tolist())):
+            raise ValueError(f"position {position} m is too near a singular pose to stand at")
+        integrator.settle(self._constants, self._parameters, self._state)
+        self._integrate_to(start_ns)
+        self._note()
+
+    @property
+    def now_ns(self) -> int:
+        """The instant up to which the machine has been advanced [ns]."""
+        return self._now_ns
+
+    @property
+    def position(self) -> Array:
+        """The end-effector's true position at `now_ns`, shape (2,) [m]."""
+        return self._state[layout.POSITION : layout.POSITION + 2].copy()
+
+    @property
+    def velocity(self) -> Array:
+        """The end-effector's true velocity at `now_ns`, shape (2,) [m/s]."""
+        return self._state[layout.VELOCITY : layout.VELOCITY + 2].copy()
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether friction holds all three joints."""
+        return all(self.resting_joints)
+
+    @property
+    def resting_joints(self) -> tuple[bool, bool, bool]:
+        """Which active joints friction holds."""
+        a, b, c = (self._state[layout.SIGN : layout.SIGN + 3] == 0.0).tolist()
+        return a, b, c
+
+    @property
+    def stops(self) -> int:
+        """How many times it has run into the edge of its workspace."""
+        return int(self._state[layout.STOPS])
+
+    def set_torque_demand(self, axis: int, torque: float, at_ns: int) -> None:
+        """From `at_ns` on one motor heads for this torque [N·m at the motor].
+
+        Raises:
+            ValueError: The torque is not finite, the axis does not exist, or the time has passed.
+        """
+        if not isfinite(torque):
+            raise ValueError(f"torque of axis {axis} is {torque} N·m: must be finite")
+        self._advance(axis, at_ns)
+        self._state[layout.DEMAND + axis] = torque
+        if self._parameters[layout.LAG] == 0.0:
+            self._state[layout.TORQUE + axis] = torque
+
+    def motor_angle(self, axis: int, at_ns: int) -> float:
+        """Angle of a motor shaft, not wrapped [rad]."""
+        self._advance(axis, at_ns)
+        return self._gear * float(self._seen[layout.THETA + axis])
+
+    def motor_velocity(self, axis: int, at_ns: int) -> float:
+        """Velocity of a motor shaft [rad/s]; exactly 0 while friction holds the joint."""
+        self._advance(axis, at_ns)
+        return self._gear * float(self._seen[layout.THETA_RATE + axis])
+
+    def motor_torque(self, axis: int, at_ns: int) -> float:
+        """Torque of a motor after its current loop's lag [N·m]."""
+        self._advance(axis, at_ns)
+        return float(self._state[layout.TORQUE + axis])
+
+    def advance(self, to_ns: int) -> None:
+        """Advances to an instant that nobody asks about.
+
+        Raises:
+            ValueError: The time has passed.
+        """
+        self._advance(0, to_ns)
+
+    def _advance(self, axis: int, to_ns: int) -> None:
+        if not 0 <= axis < self.axes:
+            raise ValueError(f"axis is {axis}: the machine has axes 0 to {self.axes - 1}")
+        if to_ns == self._now_ns:
+            return
+        if to_ns < self._now_ns:
+            raise ValueError(f"time {to_ns} ns has passed: the machine stands at {self._now_ns} ns")
+        if self.log is None:
+            self._integrate_to(to_ns)
+        elif self.log.grid_ns is None:
+            self._integrate_to(to_ns)
+            self._note()
+        else:
+            grid = self.log.grid_ns
+            for due_ns in range((self._now_ns // grid + 1) * grid, to_ns + 1, grid):
+                self._integrate_to(due_ns)
+                self._note()
+            self._integrate_to(to_ns)
+
+    def _integrate_to(self, to_ns: int) -> None:
+        duration = (to_ns - self._now_ns) * NANOSECOND
+        integrator.advance(self._constants, self._parameters, self._state, self._seen, duration)
+        self._now_ns = to_ns
+
+    def _note(self) -> None:
+        if self.log is not None:
+            theta = self._seen[layout.THETA : layout.THETA + 3]
+            torque = self._state[layout.TORQUE : layout.TORQUE + 3]
+            self.log.append(self._now_ns, self.position, self.velocity, theta, torque)
