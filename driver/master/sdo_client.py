@@ -11,99 +11,16 @@ Time is the caller's: it decides how long to wait, and says goodbye with `abort`
 is wrong, the server still has to be told: `farewell` holds that message.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any, Final, NoReturn
+from typing import Final
 
+from torquerig.driver.master.sdo_transfer import SdoTransfer
 from torquerig.driver.wire import sdo
-from torquerig.driver.wire.sdo import AbortCode, SdoAbort
+from torquerig.driver.wire.sdo import AbortCode
 
 MAX_BYTES: Final = 1 << 20  # far above any object of a drive: a bound against a server that never ends
 
-_NOBODY: Final = (0, 0)  # the multiplexer of an abort from a server that did not even know what it was asked
 
-
-class _Transfer:
-    """What both directions share: the message owed, and which answers count.
-
-    Attributes:
-        index: The object.
-        subindex: Its sub-index.
-        request: The message to send first, and after each step the one sent last.
-        farewell: The abort message owed to the server after this side gave up, else None.
-        done: The transfer ended well.
-        ignored: Answers that belong to no step of this transfer: late ones to an earlier transfer, or another client's.
-    """
-
-    def __init__(self, index: int, subindex: int, request: bytes) -> None:
-        self.index = index
-        self.subindex = subindex
-        self.request = request
-        self.farewell: bytes | None = None
-        self.done = False
-        self.ignored = 0
-        self._failed = False
-        self._toggle = False
-        self._awaited: Mapping[type, Callable[[Any], bytes | None]] = {}
-
-    def step(self, response: bytes) -> bytes | None:
-        """The next request; None when the transfer is done, and also when the response was not for it.
-
-        CiA 301 leaves open what a client does with an answer for another object or of another kind: it is counted in
-        `ignored` and changes nothing, so that a late answer to a transfer that timed out cannot end this one.
-
-        Args:
-            response: The server's 8 bytes.
-
-        Raises:
-            SdoAbort: The server aborted, or broke the protocol; then `farewell` is owed to it.
-        """
-        message = sdo.decode_response(response)
-        if self.done or self._failed or message is None:
-            self.ignored += 1
-            return None
-        if isinstance(message, sdo.Unsupported):
-            self._give_up(AbortCode.COMMAND_SPECIFIER)
-        answer = self._awaited.get(type(message))
-        if answer is None or self._is_foreign(message):
-            self.ignored += 1
-            return None
-        request = answer(message)
-        if request is not None:
-            self.request = request
-        return request
-
-    def abort(self, code: AbortCode = AbortCode.TIMEOUT) -> bytes:
-        """Ends the transfer and returns the abort message to send; for a caller whose patience is at its end."""
-        self._failed = True
-        self.farewell = sdo.encode(sdo.Abort(self.index, self.subindex, code))
-        return self.farewell
-
-    def _on_abort(self, message: sdo.Abort) -> NoReturn:
-        self._failed = True
-        raise SdoAbort(message.code, self.index, self.subindex)
-
-    def _give_up(self, code: AbortCode) -> NoReturn:
-        self.abort(code)
-        raise SdoAbort(code, self.index, self.subindex)
-
-    def _is_foreign(self, message: sdo.Response) -> bool:
-        """Whether the message names another object; segments name none, and an abort may name nobody."""
-        if isinstance(message, sdo.SegmentUploaded | sdo.SegmentDownloaded):
-            return False
-        named = (message.index, message.subindex)
-        return named != (self.index, self.subindex) and not (isinstance(message, sdo.Abort) and named == _NOBODY)
-
-    def _await(self, kind: type, answer: Callable[[Any], bytes | None]) -> None:
-        """Makes one kind of message the next that counts; an abort always does."""
-        self._awaited = {kind: answer, sdo.Abort: self._on_abort}
-
-    def _check_toggle(self, *, toggle: bool) -> None:
-        if toggle != self._toggle:
-            self._give_up(AbortCode.TOGGLE)
-        self._toggle = not self._toggle
-
-
-class SdoUpload(_Transfer):
+class SdoUpload(SdoTransfer):
     """Reads one object.
 
     Attributes:
@@ -154,7 +71,7 @@ class SdoUpload(_Transfer):
         return None
 
 
-class SdoDownload(_Transfer):
+class SdoDownload(SdoTransfer):
     """Writes one object: expedited with 1 to 4 bytes, else in segments with the size announced."""
 
     def __init__(self, index: int, subindex: int, data: bytes) -> None:

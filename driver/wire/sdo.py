@@ -1,7 +1,8 @@
 """Service data: the messages of expedited and segmented transfers, and the abort codes (CiA 301, 7.2.4).
 
 Requests go from client to server, responses back; each direction has its own meaning of the three specifier bits.
-Block transfer's specifiers (5, 6) and the reserved 7 decode to Unsupported, so that a server can refuse them by name.
+The specifiers of block transfer (5, 6) and the reserved 7 decode to Unsupported: sdo_block knows the former, and the
+latter can be refused by name.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,13 +32,15 @@ __all__ = [
     "decode_response",
     "describe",
     "encode",
+    "encode_multiplexer",
+    "encode_number",
 ]
 
 MESSAGE_LENGTH: Final = 8
 SEGMENT_LENGTH: Final = 7
 EXPEDITED_LENGTH: Final = 4
 
-_INITIATE: Final = Struct("<BHB4s")
+_MULTIPLEXER: Final = Struct("<HB")
 _NUMBER: Final = Struct("<I")
 
 # the first byte: three specifier bits, and below them what the specifier needs
@@ -166,12 +169,30 @@ def decode_response(data: bytes) -> Response | Unsupported | None:
     return _decode(data, _RESPONSES)
 
 
-def _encode_plain(specifier: int, index: int, subindex: int, number: int = 0) -> bytes:
+def encode_multiplexer(index: int, subindex: int) -> bytes:
+    """The 3 bytes that name an object.
+
+    Raises:
+        ValueError: No object has such an index or sub-index.
+    """
     if not (0 <= index <= 0xFFFF and 0 <= subindex <= 0xFF):
         raise ValueError(f"no object has the index {index:#x} and sub-index {subindex:#x}")
+    return _MULTIPLEXER.pack(index, subindex)
+
+
+def encode_number(number: int) -> bytes:
+    """The 4 bytes of a length or an abort code.
+
+    Raises:
+        ValueError: It has more than 32 bits.
+    """
     if not 0 <= number <= 0xFFFFFFFF:
         raise ValueError(f"{number} does not fit the 32 bits of an SDO message")
-    return _INITIATE.pack(specifier << _SPECIFIER_SHIFT, index, subindex, _NUMBER.pack(number))
+    return _NUMBER.pack(number)
+
+
+def _encode_plain(specifier: int, index: int, subindex: int, number: int = 0) -> bytes:
+    return bytes((specifier << _SPECIFIER_SHIFT,)) + encode_multiplexer(index, subindex) + encode_number(number)
 
 
 def _encode_toggled(specifier: int, *, toggle: bool) -> bytes:

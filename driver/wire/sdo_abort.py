@@ -82,7 +82,7 @@ def describe(code: int) -> str:
     return next((words for known, words in _WORDS.items() if known == code), "unknown reason")
 
 
-class SdoAbort(TorqueRigError, RuntimeError):  # noqa: N818 - the standard's word
+class SdoAbort(TorqueRigError, RuntimeError):
     """An SDO transfer was aborted.
 
     Attributes:
