@@ -89,13 +89,6 @@ def test_canopens_client_hears_our_abort_codes(shelf):
     assert caught.value.code == 0x06010002
 
 
-def test_canopens_block_upload_is_refused_by_code(shelf):
-    shelf.objects[0x2000, 1] = bytes(100)
-    with pytest.raises(SdoAbortedError) as caught:
-        canopen_client(shelf).open(0x2000, 1, "rb", block_transfer=True)
-    assert caught.value.code == 0x05040001
-
-
 @pytest.mark.parametrize("length", LENGTHS)
 def test_our_client_writes_and_reads_canopens_server(length):
     value = bytes(i % 251 for i in range(length))

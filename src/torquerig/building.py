@@ -1,0 +1,86 @@
+"""From the configuration's tables to the objects of mechanism and control."""
+
+from torquerig.control.estimators import make_estimator
+from torquerig.control.law import Law
+from torquerig.control.laws import law_named
+from torquerig.control.limits import Limits
+from torquerig.control.loop import Controller, Pace
+from torquerig.mechanism import Link, Manipulator
+from torquerig.schema import Links, Model, Rig
+
+MICROSECONDS_PER_SECOND = 1_000_000
+THESIS_RATE_HZ = 250.0
+
+
+def period_ns(rig: Rig) -> int:
+    """The sampling period in whole microseconds, as the drives hold it (object 1006) [ns]."""
+    return round(MICROSECONDS_PER_SECOND / rig.loop.rate_hz) * 1000
+
+
+def manipulator(geometry: Model, links: Links) -> Manipulator:
+    """A manipulator with one table's geometry and another's inertia and friction.
+
+    Args:
+        geometry: The model's table; the simulator's plants have its geometry too.
+        links: The same table, or a plant's.
+
+    Returns:
+        The manipulator.
+    """
+    proximal = zip(links.proximal_mass, links.proximal_centre, links.proximal_inertia, strict=True)
+    distal = zip(links.distal_mass, links.distal_centre, links.distal_inertia, strict=True)
+    a1, a2, a3 = (Link(*constants) for constants in proximal)
+    b1, b2, b3 = (Link(*constants) for constants in distal)
+    return Manipulator(
+        bases=geometry.bases,
+        link_length=geometry.link_length,
+        proximal=(a1, a2, a3),
+        distal=(b1, b2, b3),
+        actuator_inertia=links.actuator_inertia,
+        active_viscous=links.active_viscous,
+        passive_viscous=links.passive_viscous,
+        gear_ratio=geometry.gear_ratio,
+        branches=geometry.branches,
+    )
+
+
+def law(rig: Rig, model: Manipulator) -> Law:
+    """The law of `loop.law` with its own gains, or with those that `laws.NAME` gives."""
+    chosen = law_named(rig.loop.law)
+    own = chosen.gains[rig.loop.motion]
+    kp, kv = own
+    if changed := rig.laws.get(rig.loop.law):
+        gains = changed.of(rig.loop.motion)
+        kp = own.kp if gains.kp is None else gains.kp
+        kv = own.kv if gains.kv is None else gains.kv
+    wanted = rig.loop.friction_feedforward
+    friction = chosen.friction_by_default if wanted == "law" else wanted
+    return chosen(model, kp, kv, friction, rig.loop.stiction_feedforward)
+
+
+def controller(rig: Rig) -> Controller:
+    """Everything between a sample and a command, as `loop`, `laws`, `limits` and `model` say."""
+    model = manipulator(rig.model, rig.model)
+    estimator = make_estimator(rig.loop.estimator, axes=3, length=rig.loop.window)
+    limits = Limits(
+        x=rig.limits.workspace_x,
+        y=rig.limits.workspace_y,
+        conditioning=rig.limits.conditioning,
+        joint_speed=rig.limits.joint_speed,
+        position_error=rig.limits.position_error,
+        torque=rig.limits.torque,
+        torque_stop=rig.limits.torque_stop,
+    )
+    return Controller(model, estimator, law(rig, model), limits)
+
+
+def pace(rig: Rig) -> Pace:
+    """When torques leave after SYNC, as `loop.command_after` says.
+
+    "auto" is the thesis' experiment at the thesis' rate: there the law's running time was the delay from sample to
+    torque. At other rates, and for a law without a running time, torques leave as soon as they are computed.
+    """
+    after = rig.loop.command_after
+    if after == "auto":
+        return Pace(law_named(rig.loop.law).running_time_ns if rig.loop.rate_hz == THESIS_RATE_HZ else None)
+    return Pace(None if after == "computed" else round(float(after) * 1e6))

@@ -1,0 +1,111 @@
+"""What one key alone cannot tell: values that must fit each other, and names that must exist."""
+
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple
+
+from torquerig.complaints import suggestion
+from torquerig.control.laws import load_laws
+from torquerig.control.profile import TrapezoidalAcceleration
+from torquerig.driver.wire.frame import worst_case_bits
+from torquerig.schema import Rig
+
+TPDO_BYTES: Final = 8  # statusword, position, actual torque
+RPDO_BYTES: Final = 4  # controlword, target torque
+HIGHEST_LOAD: Final = 0.8
+
+
+class Problem(NamedTuple):
+    """Something that does not fit.
+
+    Attributes:
+        key: The dotted key to change.
+        sentence: What is wrong, naming it.
+    """
+
+    key: str
+    sentence: str
+
+
+def check(rig: Rig) -> Iterator[Problem]:
+    """Every problem of a configuration whose single values are in range.
+
+    Args:
+        rig: The configuration.
+
+    Yields:
+        The problems, the most likely ones first.
+    """
+    for part in _CHECKS:
+        yield from part(rig)
+
+
+def _names(rig: Rig) -> Iterator[Problem]:
+    """Laws and plants that do not exist."""
+    laws = load_laws()
+    if rig.loop.law not in laws:
+        yield Problem("loop.law", f"loop.law = {rig.loop.law!r} is not a law{suggestion(rig.loop.law, laws)}")
+    for name in rig.laws:
+        if name not in laws:
+            yield Problem(f"laws.{name}", f"laws.{name} is not a law{suggestion(name, laws)}")
+    if rig.simulator.plant not in rig.plant:
+        plant = rig.simulator.plant
+        yield Problem("simulator.plant", f"simulator.plant = {plant!r} is not a plant{suggestion(plant, rig.plant)}")
+
+
+def _timing(rig: Rig) -> Iterator[Problem]:
+    """Commands that would leave after the next SYNC."""
+    period_ms = 1e3 / rig.loop.rate_hz
+    after = rig.loop.command_after
+    if isinstance(after, float | int) and not 0 <= after < period_ms:
+        yield Problem(
+            "loop.command_after",
+            f"loop.command_after = {after:g} ms cannot be: at loop.rate_hz = {rig.loop.rate_hz:g} it must be at least 0"
+            f" and below the period of {period_ms:g} ms",
+        )
+
+
+def _load(rig: Rig) -> Iterator[Problem]:
+    """Cycles that the bus cannot carry beside heartbeats and SDOs."""
+    drives = len(rig.axes.legs)
+    bits = worst_case_bits(0) + drives * (worst_case_bits(TPDO_BYTES) + worst_case_bits(RPDO_BYTES))
+    load = bits * rig.loop.rate_hz / rig.bus.bitrate
+    if load > HIGHEST_LOAD:
+        yield Problem(
+            "loop.rate_hz",
+            f"loop.rate_hz = {rig.loop.rate_hz:g} cannot be: SYNC, {drives} TPDOs and {drives} RPDOs a cycle would load"
+            f" bus.bitrate = {rig.bus.bitrate} to {100 * load:.0f} %; at most"
+            f" {HIGHEST_LOAD * rig.bus.bitrate / bits:.0f} Hz ({100 * HIGHEST_LOAD:.0f} %) leave room for the rest",
+        )
+
+
+def _motions(rig: Rig) -> Iterator[Problem]:
+    """Motions whose phases do not fit into their stroke."""
+    for number in (1, 2):
+        motion = rig.motion.of(number)
+        try:
+            TrapezoidalAcceleration(motion.stroke, motion.speed, motion.acceleration, motion.tj)
+        except ValueError as error:
+            yield Problem(f"motion.{number}", f"motion.{number} cannot be driven: {error}")
+
+
+def _intervals(rig: Rig) -> Iterator[Problem]:
+    """Limits whose ends are exchanged, or that exclude home."""
+    for name, (low, high), home in (
+        ("limits.workspace_x", rig.limits.workspace_x, rig.model.home[0]),
+        ("limits.workspace_y", rig.limits.workspace_y, rig.model.home[1]),
+    ):
+        if not low < home < high:
+            yield Problem(name, f"{name} = [{low:g}, {high:g}] cannot be: model.home = {home:g} must lie inside it")
+
+
+def _nodes(rig: Rig) -> Iterator[Problem]:
+    """Node-ids that are given twice."""
+    seen = {rig.master.node_id: "master.node_id"}
+    for leg, axis in enumerate(rig.axes.legs, start=1):
+        key = f"axes.{leg}.node_id"
+        if axis.node_id in seen:
+            yield Problem(key, f"{key} = {axis.node_id} cannot be: {seen[axis.node_id]} has this node-id already")
+        seen[axis.node_id] = key
+
+
+_CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (_names, _timing, _load, _motions, _intervals, _nodes)

@@ -1,0 +1,190 @@
+"""One experiment: enable the drives, approach, run the motion, hold, disable; then the summary and the record."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from torquerig import building
+from torquerig.assembly import Rig, open_rig
+from torquerig.axes import axis_settings, group_settings
+from torquerig.configuration import Configuration
+from torquerig.control.log import LoopLog
+from torquerig.control.loop import Controller, Progress, run_loop
+from torquerig.control.reference import ReferenceTable
+from torquerig.driver.master.group import AxisGroup, AxisSample
+from torquerig.garbage import no_collections
+from torquerig.mechanism import warm_up
+from torquerig.planning import join, plan_approach, plan_motion
+from torquerig.record import claim
+from torquerig.results import Results
+from torquerig.scheduling import real_time
+from torquerig.stopping import undisturbed
+from torquerig.summary import Summary
+
+DONE: Final = "done"
+PROGRESS_CALLS: Final = 50
+
+
+class Watcher(Protocol):
+    """Who is told what an experiment is doing."""
+
+    def phase(self, words: str) -> None:
+        """Something new begins."""
+        ...
+
+    def prepare(self, words: str, cycles: int) -> None:
+        """The loop will begin, with so many cycles."""
+        ...
+
+    def cycles_done(self, done: int) -> None:
+        """So many cycles are done; called inside the loop."""
+        ...
+
+
+class Nobody:
+    """A watcher who does not care."""
+
+    def phase(self, words: str) -> None:
+        """Hear and forget."""
+
+    def prepare(self, words: str, cycles: int) -> None:
+        """Hear and forget."""
+
+    def cycles_done(self, done: int) -> None:
+        """Hear and forget."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What an experiment leaves.
+
+    Attributes:
+        summary: Its numbers.
+        log: Its cycles.
+        truth: True positions at the log's rows, shape (rows, 2) [m]; None on a real-time bus.
+        notes: What a person should know: old faults that were reset, whether the machine was homed.
+        record: The folder of its record, if there is one.
+    """
+
+    summary: Summary
+    log: LoopLog
+    truth: NDArray[np.float64] | None
+    notes: tuple[str, ...]
+    record: Path | None
+
+
+def run_experiment(
+    configuration: Configuration, *, record: str | Path | None = None, watcher: Watcher | None = None
+) -> Outcome:
+    """Run one experiment, and write its record, also when it is stopped or fails.
+
+    Args:
+        configuration: What to run, and on which bus.
+        record: A new or empty folder for the record.
+        watcher: Is told what is being done.
+
+    Returns:
+        Summary, cycles and notes.
+
+    Raises:
+        RecordError: The record's folder cannot be used; nothing has moved then.
+        TorqueRigError: The bus, a drive, or another master.
+        ControlError: A limit.
+        MechanismError: A pose that does not exist.
+    """
+    place = None if record is None else claim(Path(record))
+    results = Results(configuration)
+    how_it_ended = DONE
+    try:
+        log = _run(results, watcher or Nobody())
+    except BaseException as error:
+        how_it_ended = str(error) or type(error).__name__
+        raise
+    finally:
+        if place is not None:
+            with undisturbed():
+                results.write(place, how_it_ended)
+    summary = results.summary()
+    assert summary is not None  # noqa: S101  (there is a log)
+    return Outcome(summary, log, results.true_positions(), tuple(results.notes), place)
+
+
+def _run(results: Results, watcher: Watcher) -> LoopLog:
+    """Open the bus, do everything, and keep what the simulator knows."""
+    watcher.phase("compiling")
+    warm_up()
+    with open_rig(results.configuration, tap=results.bus_log.tap) as rig:
+        if not rig.is_simulated:
+            results.epoch_ns = time.time_ns() - rig.bus.now_ns()
+        try:
+            return _drive(rig, results, watcher)
+        finally:
+            results.truth = rig.truth()
+
+
+def _drive(rig: Rig, results: Results, watcher: Watcher) -> LoopLog:
+    """Prepare all that can be prepared, then take the drives."""
+    settings = results.configuration.rig
+    controller = building.controller(settings)
+    axes = axis_settings(results.configuration)
+    motion = plan_motion(settings, controller)
+    rehearse(controller, motion)
+    watcher.phase("configuring the drives")
+    priority = 0 if rig.is_simulated else settings.loop.fifo_priority
+    with (
+        no_collections(),
+        real_time(priority) as scheduling,
+        AxisGroup(rig.bus, axes, group_settings(settings)) as group,
+    ):
+        if not rig.is_simulated:
+            results.notes.append(f"The loop ran under {scheduling}.")
+        return _move(group, controller, motion, results, watcher)
+
+
+def _move(
+    group: AxisGroup, controller: Controller, motion: ReferenceTable, results: Results, watcher: Watcher
+) -> LoopLog:
+    """Home and enable the drives, and run the loop."""
+    settings = results.configuration.rig
+    if group.home():
+        results.notes.append("The drives took the pose of the home fixture for home.")
+    stands_at = _standing_position(group, controller)
+    approach = plan_approach(settings, controller, stands_at, breathe=lambda: group.wait(0.0))
+    table = join([*approach, motion])
+    log = LoopLog.for_table(table)
+    watcher.prepare(f"{settings.loop.law}, motion {settings.loop.motion}", len(table))
+    results.notes += group.enable()
+    results.log = log
+    return run_loop(
+        group,
+        controller,
+        table,
+        log,
+        stopwatch_ns=time.perf_counter_ns,
+        pace=building.pace(settings),
+        progress=Progress(watcher.cycles_done, max(1, len(table) // PROGRESS_CALLS)),
+    )
+
+
+def _standing_position(group: AxisGroup, controller: Controller) -> tuple[float, float]:
+    """Where the machine stands [m], by a cycle without torque."""
+    sample = group.sample(group.now_ns())
+    group.command(np.zeros(3), sample.at_ns)
+    x, y = controller.model.forward_kinematics(sample.q).tolist()
+    return x, y
+
+
+def rehearse(controller: Controller, table: ReferenceTable) -> None:
+    """Go through a cycle's work once: whatever is compiled or loaded at first use is so before a deadline.
+
+    Args:
+        controller: What works.
+        table: A reference.
+    """
+    state = controller.observe(AxisSample(0, table.q[0], np.zeros(3), complete=True))
+    controller.limits.check_state(controller.model, state, table.row(0))
+    controller.law.torque(state, table.row(0))

@@ -1,0 +1,131 @@
+"""Simulated devices in real time: the same core that lockstep advances, on any bus between processes.
+
+The devices' time is the bus clock less an origin. It never runs ahead of a frame that waits: after a stall the queued
+frames are taken by the times at which they were complete, so that no watchdog trips for want of a frame that is there.
+"""
+
+from collections import Counter
+from typing import Final
+
+from torquerig.device_sim.arbitration import SendQueues
+from torquerig.device_sim.devices import Emission, SimulatedDevices
+from torquerig.driver.bus.interface import Bus
+from torquerig.driver.errors import BusError
+from torquerig.driver.wire.frame import Arrival, Frame
+
+ECHO_PATIENCE_NS: Final = 100_000_000
+"""A bus that gives own frames back does so within this time of the first one."""
+
+
+class EchoFilter:
+    """Tells own frames that a bus gives back from frames of others.
+
+    Whether a bus does is learnt from the first frame sent; until then both are possible.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._outstanding: Counter[Frame] = Counter()
+        self._decide_by_ns: int | None = None
+        self._decided = False
+        self._echoes = False
+
+    def sent(self, frame: Frame, now_ns: int) -> None:
+        """Take note of an own frame."""
+        if self._decide_by_ns is None:
+            self._decide_by_ns = now_ns + ECHO_PATIENCE_NS
+        if self._echoes or not self._decided:
+            self._outstanding[frame] += 1
+
+    def is_echo(self, arrival: Arrival) -> bool:
+        """Whether a frame that arrived is an own one that comes back."""
+        if not self._decided and self._decide_by_ns is not None and arrival.at_ns > self._decide_by_ns:
+            self._decided = True
+            self._outstanding.clear()
+        if not self._outstanding[arrival.frame]:
+            return False
+        self._outstanding[arrival.frame] -= 1
+        self._echoes = self._decided = True
+        return True
+
+
+class RealTimeDevices:
+    """Simulated devices as members of a bus.
+
+    Attributes:
+        lost: Frames that the bus did not take, as when the link is down for a while.
+    """
+
+    def __init__(self, bus: Bus, devices: SimulatedDevices) -> None:
+        """Join the devices to a bus; their time 0 is now.
+
+        Args:
+            bus: The bus, which must be in real time.
+            devices: The devices, not advanced yet.
+        """
+        self._bus = bus
+        self._devices = devices
+        self._queues = SendQueues()
+        self._echoes = EchoFilter()
+        self._origin_ns = bus.now_ns()
+        self._latest_ns = 0
+        self.lost = 0
+
+    @property
+    def origin_ns(self) -> int:
+        """What the devices' time 0 is on the bus clock."""
+        return self._origin_ns
+
+    def serve(self, until_ns: int) -> None:
+        """Let the devices live until a time.
+
+        Args:
+            until_ns: The devices' time to return at.
+
+        Raises:
+            BusError: The bus is gone.
+        """
+        while self._latest_ns < until_ns:
+            self.step(until_ns)
+
+    def step(self, until_ns: int) -> None:
+        """Take the next frame, or let happen and send what is due next.
+
+        Args:
+            until_ns: The devices' time to wait until at most.
+
+        Raises:
+            BusError: The bus is gone.
+        """
+        due_ns = min(until_ns, self._devices.next_event_ns(), self._queues.ready_ns())
+        arrival = self._bus.receive(self._origin_ns + due_ns)
+        if arrival is None:
+            # the frames that came before due_ns are all taken; what came since is next, so time goes no further
+            self._latest_ns = max(self._latest_ns, due_ns)
+            self._queue(self._devices.advance(self._latest_ns))
+        elif not self._echoes.is_echo(arrival):
+            self._hear(arrival)
+        self._send_ready()
+
+    def _hear(self, arrival: Arrival) -> None:
+        """Give a frame to the devices at its own time, or now if they are further already."""
+        self._latest_ns = max(self._latest_ns, arrival.at_ns - self._origin_ns)
+        self._queue(self._devices.receive(arrival.frame, self._latest_ns))
+
+    def _queue(self, emissions: list[Emission]) -> None:
+        """Put what the devices want to send into their send queues."""
+        for emission in emissions:
+            self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
+
+    def _send_ready(self) -> None:
+        """Send what is ready, by arbitration; the siblings of a sender hear it too."""
+        while self._queues.ready_ns() <= self._latest_ns:
+            waiting = self._queues.take(self._latest_ns)
+            now_ns = self._bus.now_ns()
+            try:
+                self._bus.send(waiting.frame)
+            except BusError:
+                self.lost += 1  # as a real drive's frame is when nobody acknowledges it
+                continue
+            self._echoes.sent(waiting.frame, now_ns)
+            self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))

@@ -1,0 +1,194 @@
+"""A record: a folder with run.json, tables of columns with units, and bus.log in candump's format.
+
+Everything is collected in memory while the loop runs and written after it.
+"""
+
+import json
+import math
+import platform
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from struct import Struct
+from typing import Any, Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from torquerig.driver.wire.frame import Frame, worst_case_bits
+from torquerig.errors import RecordError
+
+RUN_FILE: Final = "run.json"
+CYCLES_FILE: Final = "cycles.parquet"
+TRUTH_FILE: Final = "truth.parquet"
+BUS_FILE: Final = "bus.log"
+PICTURE_FILE: Final = "run.png"
+_FRAME: Final = Struct("<qIBB8s")  # time [ns], identifier, flags, length, data
+_REMOTE: Final = 1
+_EXTENDED: Final = 2
+_VERSIONED: Final = ("torquerig", "canopen", "numba", "numpy", "pyarrow", "python-can")
+
+
+class Column(Protocol):
+    """One number a row, with its unit."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """Its unit, "1" for flags and ratios."""
+        ...
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """Its values, shape (rows,)."""
+        ...
+
+
+class BusLog:
+    """Every frame of a run in the order of the wire.
+
+    Frames are kept packed: a list of objects would make the garbage collector's work grow with every frame.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self._packed = bytearray()
+
+    def __iter__(self) -> Iterator[tuple[int, Frame]]:
+        """Iterate over the frames: when each was complete on the bus clock [ns], and the frame."""
+        for at_ns, can_id, flags, length, data in _FRAME.iter_unpack(self._packed):
+            yield at_ns, Frame(can_id, data[:length], bool(flags & _REMOTE), bool(flags & _EXTENDED))
+
+    def tap(self, at_ns: int, frame: Frame) -> None:
+        """Keep one frame."""
+        flags = frame.remote * _REMOTE | frame.extended * _EXTENDED
+        self._packed += _FRAME.pack(at_ns, frame.can_id, flags, len(frame.data), frame.data)
+
+    def load(self, begin_ns: int, end_ns: int, bitrate: int) -> float:
+        """Share of a time span in which the bus was busy, if bit stuffing was at its worst.
+
+        Args:
+            begin_ns: Begin of the span on the bus clock.
+            end_ns: Its end.
+            bitrate: Bits per second of the bus.
+
+        Returns:
+            The share, 1.0 for a full bus; NaN for an empty span.
+        """
+        if end_ns <= begin_ns:
+            return math.nan
+        bits = sum(
+            worst_case_bits(0 if frame.remote else len(frame.data), extended=frame.extended)
+            for at_ns, frame in self
+            if begin_ns < at_ns <= end_ns
+        )
+        return bits * 1e9 / (bitrate * (end_ns - begin_ns))
+
+    def write(self, path: Path, channel: str, epoch_ns: int = 0) -> None:
+        """Write the frames as `candump -L` does.
+
+        Args:
+            path: The file.
+            channel: Name of the bus, without blanks.
+            epoch_ns: What the bus clock's zero is on the clock of the stamps.
+        """
+        with path.open("w", encoding="ascii", newline="\n") as file:
+            file.writelines(candump_line(at_ns + epoch_ns, channel, frame) for at_ns, frame in self)
+
+
+def candump_line(at_ns: int, channel: str, frame: Frame) -> str:
+    """A frame as a line of `candump -L`, stamped in microseconds.
+
+    Args:
+        at_ns: When the frame was complete.
+        channel: Name of the bus, without blanks.
+        frame: The frame.
+
+    Returns:
+        As `(0000000000.004000) vcan0 080#`, with the line's end.
+    """
+    seconds, microseconds = divmod(at_ns // 1000, 1_000_000)
+    identifier = f"{frame.can_id:08X}" if frame.extended else f"{frame.can_id:03X}"
+    data = f"R{len(frame.data) or ''}" if frame.remote else frame.data.hex().upper()
+    return f"({seconds:010d}.{microseconds:06d}) {channel} {identifier}#{data}\n"
+
+
+def channel_name(url: str) -> str:
+    """What a bus is called in its log.
+
+    Args:
+        url: The bus URL, as `socketcan:vcan0` or `unix:/run/rig`.
+
+    Returns:
+        The interface's channel where that is a name, else the scheme.
+    """
+    scheme, _, channel = url.partition(":")
+    return channel if channel.isalnum() else scheme
+
+
+def claim(place: Path) -> Path:
+    """Make the folder of a new record.
+
+    Args:
+        place: Where it is to be.
+
+    Returns:
+        The folder, empty.
+
+    Raises:
+        RecordError: If something is there already, or the folder cannot be made.
+    """
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        if any(place.iterdir()):
+            raise RecordError(f"{place} is not empty, and a record is never overwritten: name another folder")
+    except OSError as error:
+        if isinstance(error, RecordError):
+            raise
+        raise RecordError(f"cannot make the record's folder {place}: {error.strerror}") from error
+    return place
+
+
+def write_table(path: Path, columns: Iterable[Column]) -> None:
+    """Write columns as a Parquet file, each with its unit in its field's metadata.
+
+    Args:
+        path: The file.
+        columns: The columns, all of one length.
+    """
+    import pyarrow as pa  # noqa: PLC0415  (takes half a second, and only records need it)
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    kept = list(columns)
+    arrays = [pa.array(np.ascontiguousarray(column.values)) for column in kept]
+    schema = pa.schema(
+        [
+            pa.field(column.name, array.type, metadata={"unit": column.unit})
+            for column, array in zip(kept, arrays, strict=True)
+        ]
+    )
+    pq.write_table(pa.Table.from_arrays(arrays, schema=schema), path)
+
+
+def write_run(path: Path, facts: Mapping[str, Any]) -> None:
+    """Write what a run was: its configuration, the versions, its outcome.
+
+    Args:
+        path: The file.
+        facts: Anything that JSON can hold; a number that is none becomes null.
+    """
+    text = json.dumps({**facts, "versions": versions()}, indent=2, ensure_ascii=False, default=str, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def versions() -> dict[str, str]:
+    """Versions of what takes part in a run."""
+    return {
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        **{name: version(name) for name in _VERSIONED},
+    }

@@ -1,0 +1,107 @@
+"""What a run has brought so far: from it come the summary and the record, whatever ended the run."""
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from torquerig.configuration import DEFAULT, Configuration
+from torquerig.control.laws import law_named
+from torquerig.control.log import LoopLog
+from torquerig.control.tracking import motion_rows, rms_norm
+from torquerig.device_sim.plant import TruthRows
+from torquerig.driver.bus.url import LOCKSTEP
+from torquerig.record import (
+    BUS_FILE,
+    CYCLES_FILE,
+    RUN_FILE,
+    TRUTH_FILE,
+    BusLog,
+    channel_name,
+    write_run,
+    write_table,
+)
+from torquerig.summary import Conditions, Summary, summarise
+from torquerig.truth import at_instants, columns_of
+
+
+@dataclass(slots=True)
+class Results:
+    """What is known of a run.
+
+    Attributes:
+        configuration: What is run.
+        bus_log: Every frame so far.
+        notes: What a person should know: old faults that were reset, whether the machine was homed.
+        log: The loop's cycles; None until the loop begins.
+        truth: What the simulated machine really did; None where nobody knows, or not yet.
+        epoch_ns: What the bus clock's zero is since 1970; 0 in simulated time.
+        started: When it began.
+    """
+
+    configuration: Configuration
+    bus_log: BusLog = field(default_factory=BusLog)
+    notes: list[str] = field(default_factory=list)
+    log: LoopLog | None = None
+    truth: TruthRows | None = None
+    epoch_ns: int = 0
+    started: datetime = field(default_factory=lambda: datetime.now(UTC))
+
+    def true_positions(self) -> NDArray[np.float64] | None:
+        """True positions when each of the log's rows was due, shape (rows, 2) [m]; None where nobody knows."""
+        if self.log is None or self.truth is None:
+            return None
+        return at_instants(self.truth, self.log.start_ns + self.log.due_ns[: self.log.rows])
+
+    def summary(self) -> Summary | None:
+        """The numbers of what there is; None before the loop began."""
+        log, settings = self.log, self.configuration.rig
+        if log is None:
+            return None
+        motion = settings.loop.motion
+        return summarise(
+            Conditions(settings.loop.law, motion, self._plant(), settings.bus.url, settings.loop.rate_hz),
+            log,
+            bus_load=self.bus_log.load(log.start_ns, log.start_ns + log.rows * log.period_ns, settings.bus.bitrate),
+            true_position_rmse_mm=self._true_rmse_mm(log),
+            thesis=law_named(settings.loop.law).published.get(motion),
+        )
+
+    def write(self, place: Path, how_it_ended: str) -> None:
+        """Write the record of what there is.
+
+        Args:
+            place: Its folder.
+            how_it_ended: "done", or the sentence of what ended it.
+        """
+        summary = self.summary()
+        facts = {
+            "started": self.started.isoformat(),
+            "ended": how_it_ended,
+            "time_zero_ns": self.epoch_ns,
+            "notes": self.notes,
+            "summary": summary and summary.as_json(),
+            "configuration": self.configuration.as_tables(),
+            "sources": {each.key: each.source for each in self.configuration.settings if each.source != DEFAULT},
+        }
+        write_run(place / RUN_FILE, facts)
+        self.bus_log.write(place / BUS_FILE, channel_name(self.configuration.rig.bus.url), self.epoch_ns)
+        if self.log is not None:
+            write_table(place / CYCLES_FILE, self.log.columns())
+        if self.truth is not None:
+            write_table(place / TRUTH_FILE, columns_of(self.truth))
+
+    def _plant(self) -> str | None:
+        """The plant behind the drives: ours in lockstep, elsewhere only what somebody says."""
+        setting = next(each for each in self.configuration.settings if each.key == "simulator.plant")
+        is_ours = self.configuration.rig.bus.url.partition(":")[0] == LOCKSTEP
+        return self.configuration.rig.simulator.plant if is_ours or setting.source != DEFAULT else None
+
+    def _true_rmse_mm(self, log: LoopLog) -> float | None:
+        """Position RMSE by the simulator's own state [mm]; None where nobody knows."""
+        truth = self.true_positions()
+        if truth is None:
+            return None
+        return 1e3 * rms_norm((log.desired_position[: log.rows] - truth)[motion_rows(log)])

@@ -1,0 +1,40 @@
+"""The house stands as its plan says: packages, links, dependencies."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def test_the_packages_listed_are_those_on_the_disk():
+    folders = PROJECT["tool"]["setuptools"]["package-dir"]
+    found = set()
+    for package, folder in folders.items():
+        for init in (ROOT / folder).rglob("__init__.py"):
+            inner = init.parent.relative_to(ROOT / folder)
+            found.add(".".join([package, *inner.parts]))
+    assert set(PROJECT["tool"]["setuptools"]["packages"]) == found
+
+
+@pytest.mark.parametrize("name", ["calibration", "control", "device_sim", "driver", "mechanism"])
+def test_each_floor_is_linked_where_editors_look(name):
+    link = ROOT / "src" / "torquerig" / name
+    assert link.is_symlink()
+    assert link.readlink() == Path("..") / ".." / name
+
+
+def required(entries: list[str]) -> set[str]:
+    return {f"{name} ≥ {version}" for name, version in (entry.split(">=") for entry in entries)}
+
+
+def test_every_dependency_is_accounted_for():
+    text = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+    to_run, to_develop = text.split("## Needed to develop")
+    rows = re.compile(r"^\| ([\w-]+ ≥ [\d.]+) \|", re.MULTILINE)
+    project = PROJECT["project"]
+    assert set(rows.findall(to_run)) == required(project["dependencies"])
+    assert set(rows.findall(to_develop)) == required(project["optional-dependencies"]["dev"])
