@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from torquerig.driver.errors import ConfigurationMismatch, EnablingRefused, ProfileError
+from torquerig.driver.errors import ConfigurationMismatch, EnablingRefused
 from torquerig.driver.master.objects import DriveObjects
 from torquerig.driver.master.profile import DriveProfile, PdoMapping
 from torquerig.driver.master.pump import MILLISECOND_NS
@@ -83,12 +83,12 @@ class GroupSettings:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One value that a drive is to hold.
+    """One value that an object of a drive is to hold.
 
     Attributes:
         index: Object.
         subindex: Its sub-index.
-        value: What it is to hold.
+        value: The value.
         ignore: Bits that are the drive's own when read back.
         write: False for what is only compared.
         watchdog: Read back once more before each enabling, which is refused without it.
@@ -115,7 +115,7 @@ def settings_of(
 
     Raises:
         ProfileError: The drive cannot keep the period.
-        EdsError: The drive has not what the profile tells of.
+        EdsError: A PDO maps what the EDS does not hold.
     """
     return (
         *(Setting(*each.object, each.value) for each in profile.first),
@@ -174,25 +174,6 @@ def disarm_heartbeats(objects: DriveObjects) -> Job[None]:
         yield from objects.write(0x1016, subindex, 0)
 
 
-def interpolation_period(period_ns: int, smallest_exponent: int) -> tuple[int, int]:
-    """Value and power of ten [s] of a period, as 60C2:1 and 60C2:2 hold it.
-
-    Args:
-        period_ns: The period [ns].
-        smallest_exponent: The smallest power of ten that the drive takes.
-
-    Raises:
-        ProfileError: The period is no multiple of that step, or more than 255 of them.
-    """
-    for exponent in range(-3, smallest_exponent - 1, -1):
-        value, rest = divmod(period_ns, 10 ** (9 + exponent))
-        if not rest and 1 <= value <= 0xFF:
-            return value, exponent
-    raise ProfileError(
-        f"a period of {period_ns / 1e6:g} ms is not 1 to 255 steps of 1e{smallest_exponent} s, as its 60C2 has"
-    )
-
-
 def _refused(mismatch: ConfigurationMismatch) -> EnablingRefused:
     return EnablingRefused(f"{mismatch}; without this watchdog it is not enabled")
 
@@ -212,7 +193,7 @@ def _sync(objects: DriveObjects, group: GroupSettings) -> Iterator[Setting]:
     if objects.holds(0x1006):
         yield Setting(0x1006, 0, group.period_ns // 1000, watchdog=True)
     if objects.holds(0x1007):
-        yield Setting(0x1007, 0, 0)
+        yield Setting(0x1007, 0, 0)  # no window: an RPDO counts whenever it comes
 
 
 def _supervision(
@@ -229,7 +210,7 @@ def _supervision(
         yield Setting(0x100C, 0, group.guard_ms, watchdog=True)
         yield Setting(0x100D, 0, _LIFE_TIME_FACTOR, watchdog=True)
     if watchdogs.emergency:
-        for subindex in objects.subindices(0x1028):  # the sub-index is the node-id (CiA 301, object 1028)
+        for subindex in sorted({*objects.subindices(0x1028), *siblings}):  # the node-id (CiA 301, object 1028)
             wanted = cob.EMCY + subindex if subindex in siblings else cob.INVALID
             yield Setting(0x1028, subindex, wanted, watchdog=True)
     if objects.holds(0x1029, 1):
@@ -257,7 +238,7 @@ def _operation(objects: DriveObjects, profile: DriveProfile, group: GroupSetting
     if objects.holds(0x60B2):
         yield Setting(0x60B2, 0, 0)  # an offset that somebody left would act beside the target
     if objects.holds(0x60C2, 1):
-        value, exponent = interpolation_period(group.period_ns, profile.period_exponent)
+        value, exponent = profile.interpolation_period(group.period_ns)
         yield Setting(0x60C2, 1, value)
         yield Setting(0x60C2, 2, exponent)
     if profile.torque_slope is not None:

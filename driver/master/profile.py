@@ -193,6 +193,21 @@ class DriveProfile:
     homed_bit: Annotated[StrictInt, Field(ge=0, le=15)] | None = None
     homing_method: Literal[35, 37] = 37
 
+    def interpolation_period(self, period_ns: int) -> tuple[int, int]:
+        """A period as 60C2 holds it: value (sub-index 1) and power of ten [s] (sub-index 2).
+
+        Raises:
+            ProfileError: The period [ns] is not 1 to 255 of the steps that these drives take.
+        """
+        for exponent in range(-3, self.period_exponent - 1, -1):
+            value, rest = divmod(period_ns, 10 ** (9 + exponent))
+            if not rest and 1 <= value <= 0xFF:
+                return value, exponent
+        raise ProfileError(
+            f"a period of {period_ns / 1e6:g} ms is not 1 to 255 steps of 1e{self.period_exponent} s, as {self.name}"
+            " drives take it (60C2)"
+        )
+
     @model_validator(mode="after")
     def _cycle_is_mapped(self) -> Self:
         for key, have, need in (

@@ -62,7 +62,7 @@ class SdoBlockUpload(SdoUpload):
         initiate = sdo_block.ReceiverInitiate(index, subindex, crc, block_size, switch_threshold)
         self.request = sdo_block.encode(initiate)
         self._decode = sdo_block.decode_response
-        self._awaited = {sdo_block.SenderInitiate: self._on_offer, sdo.Abort: self._on_refused}
+        self._awaited = {sdo_block.SenderInitiate: partial(self._on_offer, block_size), sdo.Abort: self._on_refused}
         if fall_back or switch_threshold:
             self._awaited = {**self._awaited, sdo.UploadInitiated: self._on_switched}
 
@@ -95,12 +95,11 @@ class SdoBlockUpload(SdoUpload):
         self._decode = sdo.decode_response
         self._await(sdo.UploadInitiated, self._on_initiated)
 
-    def _on_offer(self, message: sdo_block.SenderInitiate) -> bytes:
+    def _on_offer(self, block_size: int, message: sdo_block.SenderInitiate) -> bytes:
         if message.size is not None and message.size > self._max_bytes:
             self._give_up(AbortCode.OUT_OF_MEMORY)
-        self._receiver = receiver = BlockReceiver(
-            self.block_size, size=message.size, crc=self._crc and message.crc, max_bytes=self._max_bytes
-        )
+        crc = self._crc and message.crc
+        self._receiver = receiver = BlockReceiver(block_size, size=message.size, crc=crc, max_bytes=self._max_bytes)
         self._decode = sdo_block.decode_segment
         self._await(sdo_block.Segment, partial(self._on_block_segment, receiver))
         return sdo_block.encode(sdo_block.Start())

@@ -126,13 +126,17 @@ class BlockReceiver:
         self._max_bytes = max_bytes
         self._buffer = bytearray()
         self._taken = 0  # segments of the block under way
+        self._fault: AbortCode | None = None
         self._patience = _Patience()
 
     def take(self, segment: Segment, next_block_size: int) -> Acknowledge | None:
         """Takes a segment; after the last one of a block, whatever is missing, comes the acknowledgement.
 
+        Data that are too long raise there too, when the sender is at rest: in the midst of a block the segments still
+        on their way would be taken for messages of the next transfer.
+
         Raises:
-            SdoAbort: Its number is not 1 to the block size, the data are longer than announced or can be held, or
+            SdoAbort: The number is not 1 to the block size, the data are longer than announced or than can be held, or
                 nothing has arrived for too long.
         """
         if not 1 <= segment.sequence <= self.block_size:
@@ -143,6 +147,8 @@ class BlockReceiver:
         else:
             self.skipped += 1
         if segment.last or segment.sequence == self.block_size:
+            if self._fault is not None:
+                raise SdoAbort(self._fault)
             return self._acknowledge(next_block_size)
         return None
 
@@ -153,7 +159,7 @@ class BlockReceiver:
         comes twice. That is risked only where the sum or the length will show it, and not for ever.
         """
         detectable = self._crc or self._size is not None or not self._buffer
-        if self.complete or (not self._taken and (self._patience.over or not detectable)):
+        if self.complete or self._fault is not None or (not self._taken and (self._patience.over or not detectable)):
             return None
         return self._acknowledge(next_block_size)
 
@@ -166,22 +172,25 @@ class BlockReceiver:
         data = bytes(self._buffer[: len(self._buffer) - message.unused])
         if self._crc and check_sum(data) != message.crc:
             raise SdoAbort(AbortCode.CRC)
-        self._check_length(len(data))
+        fault = self._fault_of_length(len(data))
+        if fault is not None:
+            raise SdoAbort(fault)
         if self._size is not None and len(data) < self._size:
             raise SdoAbort(AbortCode.TOO_SHORT)
         return data
 
     def _keep(self, segment: Segment) -> None:
+        if self._fault is not None:
+            return
         self._buffer += segment.data
         self.complete = segment.last
         if not segment.last:  # how much of the last one counts, only the end says
-            self._check_length(len(self._buffer))
+            self._fault = self._fault_of_length(len(self._buffer))
 
-    def _check_length(self, length: int) -> None:
+    def _fault_of_length(self, length: int) -> AbortCode | None:
         if self._size is not None and length > self._size:
-            raise SdoAbort(AbortCode.TOO_LONG)
-        if length > self._max_bytes:
-            raise SdoAbort(AbortCode.OUT_OF_MEMORY)
+            return AbortCode.TOO_LONG
+        return AbortCode.OUT_OF_MEMORY if length > self._max_bytes else None
 
     def _acknowledge(self, next_block_size: int) -> Acknowledge:
         taken, self._taken = self._taken, 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from torquerig.driver.errors import ConfigurationMismatch, EdsError, ProfileError
-from torquerig.driver.master.configuration import GroupSettings, interpolation_period, settings_of
+from torquerig.driver.master.configuration import GroupSettings, settings_of
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.objects import DriveObjects
 from torquerig.driver.master.profile import load_profile
@@ -93,9 +93,10 @@ def test_the_period_stands_wherever_a_drive_needs_it(period_ns, sync_us, value, 
 
 
 def test_a_drive_of_whole_milliseconds_takes_no_other_period():
-    assert interpolation_period(2 * MS, -3) == (2, -3)
+    nanotec = load_profile("nanotec")
+    assert nanotec.interpolation_period(2 * MS) == (2, -3)
     with pytest.raises(ProfileError, match=r"a period of 2\.5 ms is not 1 to 255 steps of 1e-3 s"):
-        interpolation_period(2_500_000, -3)
+        nanotec.interpolation_period(2_500_000)
 
 
 def test_an_rpdo_that_acts_at_the_next_sync_is_configuration():
@@ -181,6 +182,11 @@ def test_a_profile_that_maps_what_the_eds_lacks_is_refused_before_anything_is_se
     with pytest.raises(EdsError, match=r"drive 1 has no object 2079:0 by its EDS .*torquerig-drive.eds"):
         AxisGroup(rig.bus, [replace(rig.axes[0], profile=profile)])
     assert rig.bus.log == []
+
+
+def test_a_sibling_whose_emergencies_a_drive_cannot_hear_is_refused(make_rig):
+    with pytest.raises(EdsError, match="drive 1 has no object 1028:9"):
+        make_rig((1, 9)).group().__enter__()
 
 
 def test_two_axes_of_one_node_id_are_refused(rig):
