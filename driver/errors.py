@@ -16,7 +16,7 @@
 
 Every message is one sentence that holds the datum and can be shown to a person as it stands.
 """
-# ruff: noqa: N818 - the names say what happened, in the words of the drives' manuals
+
 
 
 class TorqueRigError(Exception):

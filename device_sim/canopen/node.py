@@ -153,8 +153,6 @@ class CanopenNode:
             "RPDO value refused": sum(rpdo.refused for rpdo in self.pdos.rpdos),
         }
 
-    # what the services tell
-
     def nmt_state_changes(self, state: NmtState, at_ns: int) -> None:
         """The state is about to be entered."""
         if state is not NmtState.OPERATIONAL:
@@ -183,8 +181,6 @@ class CanopenNode:
 
     def _may_send_emergency(self) -> bool:
         return self.nmt.state in {NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL}
-
-    # initialisation
 
     def _initialise(self, until_ns: int, *, cold: bool) -> None:
         """Enter NMT initialisation, in which the node hears and says nothing."""
@@ -220,8 +216,6 @@ class CanopenNode:
         self._error_control.start(at_ns)
         self._rebuild()
         self.emergency.release(at_ns)
-
-    # frames
 
     def _send(self, frame: Frame, ready_ns: int) -> None:
         self._outbox.append(Emission(ready_ns, self.node_id, frame))

@@ -1,6 +1,7 @@
 """All PDOs of a node: which listen, and what SYNC and NMT mean to them."""
 
 from collections.abc import Callable, Mapping
+from typing import Final
 
 from torquerig.device_sim.canopen.core import NodeCore
 from torquerig.device_sim.canopen.emergency import EmergencyProducer
@@ -10,8 +11,8 @@ from torquerig.device_sim.canopen.tpdo import Tpdo
 from torquerig.driver.wire import pdo
 from torquerig.driver.wire.frame import Frame
 
-_RPDO_PARAMETERS = range(0x1400, 0x1600)
-_TPDO_PARAMETERS = range(0x1800, 0x1A00)
+_RPDO_PARAMETERS: Final = range(0x1400, 0x1600)
+_TPDO_PARAMETERS: Final = range(0x1800, 0x1A00)
 
 
 class ProcessData:

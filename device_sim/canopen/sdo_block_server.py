@@ -55,9 +55,9 @@ class BlockDownload:
 
 
 class RestOfBlock:
-    """The rest of a block whose download the server aborted.
+    """The rest of a block after a segment with an impossible number.
 
-    The client may have sent it before it heard of the abort, and its segments must not be taken for requests: the one
+    Such a client may go on until it hears of the abort, and its segments must not be taken for requests: the one
     numbered 35 looks like an expedited download to whatever object its data happen to name.
     """
 

@@ -49,7 +49,7 @@ class SdoServer:
             segments; the next request replaces it.
         block_size: Segments in a block of a download; a change goes with the next acknowledgement.
         malformed: Requests that had not 8 bytes; they get no answer.
-        skipped: Segments of blocks that were not taken: out of sequence, or on their way when the server aborted.
+        skipped: Segments of blocks that were not taken: out of sequence, or after one that was.
         aborted: Transfers that the client aborted.
     """
 
@@ -208,8 +208,9 @@ class SdoServer:
         data = self._access.read(request.index, request.subindex)
         if request.switch_threshold > 0 and len(data) <= request.switch_threshold:
             return self._begin_upload(request, data)
-        self._transfer = BlockUpload(request, BlockSender(data, crc=self._crc and request.crc))
-        return sdo_block.SenderInitiate(request.index, request.subindex, self._crc, len(data))
+        crc = self._offers_crc(request)
+        self._transfer = BlockUpload(request, BlockSender(data, crc=crc))
+        return sdo_block.SenderInitiate(request.index, request.subindex, crc, len(data))
 
     def _go_on_with_block_upload(self, request: sdo_block.Start | sdo_block.Acknowledge) -> _Answer:
         first, *rest = self._under_way(BlockUpload).answer(request)
@@ -223,10 +224,14 @@ class SdoServer:
     def _initiate_block_download(self, request: sdo_block.SenderInitiate) -> _Answer:
         self._transfer = None
         self._check_size(request.size)
-        crc = self._crc and request.crc
+        crc = self._offers_crc(request)
         receiver = BlockReceiver(self.block_size, size=request.size, crc=crc, max_bytes=self._max_bytes)
         self._transfer = BlockDownload(request, receiver)
-        return sdo_block.ReceiverInitiate(request.index, request.subindex, self._crc, self.block_size)
+        return sdo_block.ReceiverInitiate(request.index, request.subindex, crc, self.block_size)
+
+    def _offers_crc(self, request: sdo_block.ReceiverInitiate | sdo_block.SenderInitiate) -> bool:
+        """Whether to offer the check sum: not to a client without, for some take the offer alone for the agreement."""
+        return self._crc and request.crc
 
     def _take_block_segment(self, segment: sdo_block.Segment) -> _Answer | None:
         receiver = self._under_way(BlockDownload).receiver

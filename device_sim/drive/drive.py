@@ -46,20 +46,19 @@ class SimulatedDrive(CanopenNode):
             raise ValueError(f"a machine with {machine.axes} axes has no axis {axis}")
         truth = parameters or DriveParameters()
         self.axis = axis
-
-        def build(node: CanopenNode) -> TorqueDrive:
-            self._drive = TorqueDrive(node, machine, axis, truth)
-            return self._drive
-
         super().__init__(
             node_id,
             load_dictionary(eds, node_id),
-            build,
+            lambda node: self._build(node, machine, truth),
             timing=truth.timing,
             volatile=objects.VOLATILE,
             power_on_ns=power_on_ns,
         )
         self.store.personalise(node_id, *objects.SERIAL_NUMBER)
+
+    def _build(self, node: CanopenNode, machine: Machine, parameters: DriveParameters) -> TorqueDrive:
+        self._drive = TorqueDrive(node, machine, self.axis, parameters)
+        return self._drive
 
     @property
     def state(self) -> DriveState:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
+from typing import Final
 
 from torquerig.device_sim.canopen.object_store import ObjectStore
 from torquerig.device_sim.drive import objects
@@ -47,4 +48,4 @@ def install(store: ObjectStore, inject: Callable[[Injection, int], None]) -> Non
     store.watch(lambda at_ns, _effect_ns: inject(Injection(store.values[slot]), at_ns), objects.FAULT_INJECTION)
 
 
-_VALUES = frozenset(Injection)
+_VALUES: Final = frozenset(Injection)

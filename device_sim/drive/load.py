@@ -1,10 +1,11 @@
 """Quantities that follow a load with a first-order lag: I2t and temperatures."""
 
 import math
+from typing import Final
 
 from torquerig.device_sim.devices import NEVER_NS
 
-_NS_PER_S = 1e9
+_NS_PER_S: Final = 1e9
 
 
 class LaggedLoad:

@@ -84,7 +84,10 @@ class Modes:
         self.following = False
 
     def obey(self, controlword: int, at_ns: int, effect_ns: int) -> None:
-        """Take over the mode's own bits of the controlword: halt (8), and homing's start (4, its rising edge)."""
+        """Take over the mode's own bits of the controlword: halt (8), and homing's start (4, its rising edge).
+
+        Homing starts only if operation was enabled before.
+        """
         changed = controlword ^ self._controlword
         self._controlword = controlword
         if changed & controlword & HOMING_START and self._operating and self._mode is OperationMode.HOMING:

@@ -79,6 +79,9 @@ class Protection:
         self._look_timer = timers.add(self._look)
         self._overspeed = math.inf
         self._overcurrent = math.inf
+        self._join_objects(store)
+
+    def _join_objects(self, store: ObjectStore) -> None:
         store.source(lambda at_ns: _tenths(self._device_temperature(at_ns)), *objects.DEVICE_TEMPERATURE)
         store.source(lambda at_ns: _tenths(self._motor_temperature(at_ns)), *objects.MOTOR_TEMPERATURE)
         store.source(lambda at_ns: min(round(100.0 * self._i2t.value(at_ns)), 0xFFFF), *objects.I2T_LOAD)

@@ -72,6 +72,7 @@ class TorqueDrive:
         store.source(lambda _at_ns: self._latency, *objects.COMMAND_LATENCY)
         store.watch(self._controlword_written, objects.CONTROLWORD)
         store.watch(self._mode_written, objects.MODE)
+        store.watch(lambda *_: self._publish_status(), objects.TRIP_LEVELS, objects.FAULT_INJECTION)
         store.watch(
             self._target_written,
             objects.TORQUE_SOURCE,
@@ -83,8 +84,6 @@ class TorqueDrive:
             objects.POSITIVE_LIMIT,
             objects.NEGATIVE_LIMIT,
         )
-
-    # application.Application
 
     def power_on(self, at_ns: int) -> None:
         """Begin at rest, with the encoder at zero."""
@@ -115,8 +114,6 @@ class TorqueDrive:
         """A sibling told an emergency."""
         self._watchdogs.hear_emergency(emergency, at_ns)
 
-    # watchdog.Reactions
-
     @property
     def energised(self) -> bool:
         """Whether the drive may give torque now."""
@@ -133,8 +130,6 @@ class TorqueDrive:
     def quick_stop(self, at_ns: int) -> None:
         """Quick stop as 605A says."""
         self.power.quick_stop(at_ns)
-
-    # state_machine.StateObserver
 
     def causes_gone(self, at_ns: int) -> bool:
         """Whether a fault may be reset; what happened to the communication is an event, and over."""
@@ -157,16 +152,14 @@ class TorqueDrive:
                 self._watchdogs.stop()
         self._publish_status()
 
-    # object_store.Watcher
-
     def _controlword_written(self, at_ns: int, effect_ns: int) -> None:
         controlword = self._values[self._controlword_slot]
         if controlword == self._controlword and self._modes.following:
             return  # of every cycle: nothing in it is news to a drive that follows its target
         self._controlword = controlword
         self._effect_ns = effect_ns
+        self._modes.obey(controlword, at_ns, effect_ns)  # first, so that what is halted is not started
         self.power.obey(controlword, at_ns)
-        self._modes.obey(controlword, at_ns, effect_ns)
         self._publish_status()
 
     def _target_written(self, at_ns: int, effect_ns: int) -> None:
@@ -179,8 +172,6 @@ class TorqueDrive:
     def _mode_written(self, at_ns: int, effect_ns: int) -> None:
         self._modes.change(at_ns, effect_ns)
         self._publish_status()
-
-    # inside
 
     def _target_effective(self, at_ns: int) -> None:
         if self._last_sync_ns is not None:

@@ -79,6 +79,9 @@ class TorquePath:
         self._torque = 0.0
         self.demand = 0.0
         self.limited = False
+        self._join_objects(store)
+
+    def _join_objects(self, store: ObjectStore) -> None:
         store.source(self.raw_actual, objects.RAW_ACTUAL)
         store.source(self.permille_actual, objects.TORQUE_ACTUAL)
         store.source(self.permille_actual, objects.CURRENT_ACTUAL)  # torque is proportional to current

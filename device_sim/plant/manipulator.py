@@ -1,6 +1,7 @@
 """The planar manipulator as a machine: three motors, their current loops, dry friction, the redundant mechanism."""
 
 from math import isfinite
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +14,15 @@ from torquerig.mechanism import HOME, Manipulator
 
 Array = npt.NDArray[np.float64]
 
-NANOSECOND = 1e-9
+NANOSECOND: Final = 1e-9  # [s]
+LONGEST_STEP_NS: Final = 100_000
 
 
 class PlanarManipulatorMachine:
     """The manipulator at rest at a start position, motor torques and demands zero; satisfies `Machine`.
 
-    At the edge of the workspace, before any singularity, it meets a rigid inelastic stop.
+    At the edge of the workspace, before any singularity, it meets a rigid inelastic stop. Making one compiles the
+    integrator, or loads it from the disk cache: nothing is left to compile when time starts to count.
 
     Attributes:
         axes: Number of motors.
@@ -35,7 +38,7 @@ class PlanarManipulatorMachine:
         *,
         lag: float = 1e-4,
         position: tuple[float, float] = HOME,
-        step_ns: int = 100_000,
+        step_ns: int = LONGEST_STEP_NS,
         start_ns: int = 0,
         log: TruthLog | None = None,
     ) -> None:
@@ -54,10 +57,7 @@ class PlanarManipulatorMachine:
             ReachError: A leg cannot reach the position.
             ValueError: The position lies at the workspace's edge; or lag or step are out of range.
         """
-        if not (isfinite(lag) and lag >= 0.0):
-            raise ValueError(f"lag is {lag} s: must be finite and not below 0")
-        if not 0 < step_ns <= 100_000:
-            raise ValueError(f"step_ns is {step_ns}: must be above 0 and at most 100000")
+        _require_settings(lag, step_ns)
         manipulator.inverse_kinematics(position)
         self.log = log
         self._gear = manipulator.gear_ratio
@@ -169,3 +169,10 @@ class PlanarManipulatorMachine:
             theta = self._seen[layout.THETA : layout.THETA + 3]
             torque = self._state[layout.TORQUE : layout.TORQUE + 3]
             self.log.append(self._now_ns, self.position, self.velocity, theta, torque)
+
+
+def _require_settings(lag: float, step_ns: int) -> None:
+    if not (isfinite(lag) and lag >= 0.0):
+        raise ValueError(f"lag is {lag} s: must be finite and not below 0")
+    if not 0 < step_ns <= LONGEST_STEP_NS:
+        raise ValueError(f"step_ns is {step_ns}: must be above 0 and at most {LONGEST_STEP_NS}")

@@ -21,6 +21,7 @@ from torquerig.device_sim.plant.motor import NEVER, crossing_time
 from torquerig.mechanism.compiled import compiled
 from torquerig.mechanism.kernels import GEAR, Floats, leg_at, leg_inertia, rows_of
 
+Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 
 
@@ -70,45 +71,52 @@ def holding_time(p: Floats, f: Floats, s: Floats) -> float:
 
 
 @compiled
+def trial_motion(s: Floats, inertia: Triple, load: Pair, limit: Triple, trial: int) -> Triple:
+    """A candidate for `first_motion`: an acceleration, and its cost.
+
+    Trials 0 to 2: joint 0 to 2 rests, the best on its line. Trials 3 to 10: the best while each joint slides one way.
+    """
+    mxx, mxy, myy = inertia
+    fx, fy = load
+    tx = -s[ROWS + 2 * (trial % 3) + 1]
+    ty = s[ROWS + 2 * (trial % 3)]
+    along = tx * fx + ty * fy
+    drag = 0.0
+    for j in range(3):
+        drag += limit[j] * abs(s[ROWS + 2 * j] * tx + s[ROWS + 2 * j + 1] * ty)
+        friction = limit[j] if ((trial - 3) >> j) & 1 else -limit[j]
+        fx -= friction * s[ROWS + 2 * j]
+        fy -= friction * s[ROWS + 2 * j + 1]
+    ax = (myy * fx - mxy * fy) / (mxx * myy - mxy * mxy)
+    ay = (mxx * fy - mxy * fx) / (mxx * myy - mxy * mxy)
+    if trial < 3:
+        pace = copysign(max(abs(along) - drag, 0.0), along)
+        pace /= mxx * tx * tx + 2.0 * mxy * tx * ty + myy * ty * ty
+        ax, ay = pace * tx, pace * ty
+    cost = 0.5 * (mxx * ax * ax + 2.0 * mxy * ax * ay + myy * ay * ay) - load[0] * ax - load[1] * ay
+    for j in range(3):
+        cost += limit[j] * abs(s[ROWS + 2 * j] * ax + s[ROWS + 2 * j + 1] * ay)
+    return ax, ay, cost
+
+
+@compiled
 def first_motion(p: Floats, s: Floats, inertia: Triple, limit: Triple) -> bool:
     """Solves min over a of 1/2 a'Mt a - load'a + sum_i F_i |S_i a|, the acceleration out of rest.
 
-    Convex, two unknowns, three kink lines: the minimum is the origin, or on a line (that joint rests, trials 0 to 2),
-    or between lines (each joint slides its way, trials 3 to 10). All are tried and the least cost wins, so that no
-    tolerance decides.
+    Convex, two unknowns, three kink lines: the minimum is the origin, or on a line (that joint rests), or between
+    lines. All are tried and the least cost wins, so that no tolerance decides.
 
     Returns:
         Whether the machine moves; the joints' directions then stand in the state, 0 for one that rests.
     """
-    mxx, mxy, myy = inertia
+    fx = fy = 0.0
+    for j in range(3):
+        fx += p[GEAR] * s[TORQUE + j] * s[ROWS + 2 * j]
+        fy += p[GEAR] * s[TORQUE + j] * s[ROWS + 2 * j + 1]
     best = best_x = best_y = 0.0
     resting = NOBODY
     for trial in range(11):
-        fx = fy = lx = ly = drag = 0.0
-        tx = -s[ROWS + 2 * (trial % 3) + 1]
-        ty = s[ROWS + 2 * (trial % 3)]
-        for j in range(3):
-            sx = s[ROWS + 2 * j]
-            sy = s[ROWS + 2 * j + 1]
-            push = p[GEAR] * s[TORQUE + j]
-            lx += push * sx
-            ly += push * sy
-            push -= limit[j] if ((trial - 3) >> j) & 1 else -limit[j]
-            fx += push * sx
-            fy += push * sy
-            drag += limit[j] * abs(sx * tx + sy * ty)
-        if trial < 3:
-            along = tx * lx + ty * ly
-            pace = copysign(max(abs(along) - drag, 0.0), along)
-            pace /= mxx * tx * tx + 2.0 * mxy * tx * ty + myy * ty * ty
-            ax = pace * tx
-            ay = pace * ty
-        else:
-            ax = (myy * fx - mxy * fy) / (mxx * myy - mxy * mxy)
-            ay = (mxx * fy - mxy * fx) / (mxx * myy - mxy * mxy)
-        cost = 0.5 * (mxx * ax * ax + 2.0 * mxy * ax * ay + myy * ay * ay) - lx * ax - ly * ay
-        for j in range(3):
-            cost += limit[j] * abs(s[ROWS + 2 * j] * ax + s[ROWS + 2 * j + 1] * ay)
+        ax, ay, cost = trial_motion(s, inertia, (fx, fy), limit, trial)
         if cost < best:
             best, best_x, best_y = cost, ax, ay
             resting = trial if trial < 3 else NOBODY

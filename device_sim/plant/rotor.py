@@ -69,6 +69,7 @@ class BareRotor:
         self._states = np.zeros((axes, spin.STATE))
         self._states[:, spin.SIGN] = 0.0 if parameters.breakaway > 0.0 else 1.0
         self._now_ns = start_ns
+        spin.spin(self._parameters, self._states[0], 0.0)  # compiled here and now, not at the first deadline
 
     @property
     def now_ns(self) -> int:

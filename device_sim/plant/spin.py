@@ -67,8 +67,11 @@ def standstill(f: Floats, r: Floats, h: float, end: float) -> float:
 def spin(f: Floats, r: Floats, duration: float) -> None:
     """Carries a rotor's state over `duration` [s] at constant demand."""
     while duration > 0.0:
+        breaks = False
         if r[SIGN] == 0.0:
-            h = min(duration, crossing_time(f[LAG], r[TORQUE], r[DEMAND], f[BREAKAWAY]))
+            h = crossing_time(f[LAG], r[TORQUE], r[DEMAND], f[BREAKAWAY])
+            breaks = h < duration
+            h = min(duration, h)
         else:
             h = min(duration, step_length(f[STEP], f[LAG], abs(r[DEMAND] - r[TORQUE])))
             angle, rate = spun(f, r, h)
@@ -80,5 +83,5 @@ def spin(f: Floats, r: Floats, duration: float) -> None:
             r[RATE] = rate
         r[TORQUE] = r[DEMAND] + remaining_share(h, f[LAG]) * (r[TORQUE] - r[DEMAND])
         duration -= h
-        if r[SIGN] == 0.0 and crossing_time(f[LAG], r[TORQUE], r[TORQUE], f[BREAKAWAY]) == 0.0:
+        if breaks:
             r[SIGN] = copysign(1.0, r[TORQUE])

@@ -15,7 +15,7 @@ from typing import Final
 from torquerig.driver.bus.clock import RealClock
 from torquerig.driver.bus.interface import Clock, Tap
 from torquerig.driver.bus.messages import check_frame
-from torquerig.driver.bus.slcan_adapter import SlcanAdapter
+from torquerig.driver.bus.slcan_adapter import Channel, SlcanAdapter
 from torquerig.driver.bus.slcan_terminal import PseudoTerminal
 from torquerig.driver.errors import BusError
 from torquerig.driver.wire.frame import Arrival, Frame
@@ -59,6 +59,11 @@ class SlcanBus:
     def port(self) -> str:
         """The terminal that the link leads to."""
         return self._terminal.host_end
+
+    @property
+    def channel(self) -> Channel:
+        """What the host has the adapter do on the bus."""
+        return self._adapter.channel
 
     @property
     def counts(self) -> dict[str, int]:

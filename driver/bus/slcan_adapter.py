@@ -93,7 +93,8 @@ class SlcanAdapter:
 
         `garbage`: lines that mean nothing; `refused`: commands that cannot be done in the channel's state;
         `wrong_bit_rate`: frames, either way, that the bit rate set by the host keeps from passing; `unheard`: frames
-        that came while there was no host, or its channel was closed; `overrun`: frames and replies for which the host left no room.
+        that came while there was no host, or its channel was closed; `overrun`: frames and replies for which the host
+        left no room.
         """
         return dict(self._counts)
 

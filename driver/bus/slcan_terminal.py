@@ -74,7 +74,7 @@ class PseudoTerminal:
         self.connected = True
         return data
 
-    def write(self, data: bytes) -> int:
+    def write(self, data: bytes | bytearray) -> int:
         """Return how many of the bytes the host's end has taken, which may be none."""
         try:
             return os.write(self._descriptor, data)
@@ -111,7 +111,10 @@ class PseudoTerminal:
 
     def _clear(self) -> None:
         """Make the host's end what it was."""
-        host = os.open(self.host_end, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        try:
+            host = os.open(self.host_end, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError:  # somebody has it again already, and for himself alone (TIOCEXCL)
+            return
         try:
             fcntl.ioctl(host, termios.TIOCSETD, _TERMINALS_DISCIPLINE)
             termios.tcflush(host, termios.TCIOFLUSH)

@@ -13,9 +13,11 @@ from typing import Final
 
 import can
 from can.interfaces import VALID_INTERFACES
+from can.interfaces.socketcan import SocketcanBus
 
 from torquerig.driver.bus.clock import SPIN_NS, RealClock
 from torquerig.driver.bus.interface import Bus, Tap
+from torquerig.driver.bus.kernel_can import KernelCanBus
 from torquerig.driver.bus.lockstep import LockstepBus, SimulatedWire
 from torquerig.driver.bus.python_can import PythonCanBus
 from torquerig.driver.bus.socketcan import check_interface
@@ -58,8 +60,11 @@ def open_bus(
                 f"{url!r} simulates inside one process, and there is nothing to simulate here: unix:FOLDER"
             )
         return LockstepBus(wire(), tap)
+    opened = _open_python_can(url, interface, channel, bitrate)
     clock = RealClock(spin_ns)
-    return PythonCanBus(_open_python_can(url, interface, channel, bitrate), clock, tap, spin_ns=spin_ns)
+    if isinstance(opened, SocketcanBus):
+        return KernelCanBus(opened, clock, tap, spin_ns=spin_ns)
+    return PythonCanBus(opened, clock, tap, spin_ns=spin_ns)
 
 
 def _open_python_can(url: str, interface: str, channel: str, bitrate: int) -> can.BusABC:

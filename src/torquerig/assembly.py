@@ -67,7 +67,7 @@ def build_simulation(settings: Settings, truth: TruthLog | None) -> Simulation:
     plant = settings.plant[settings.simulator.plant]
     machine = PlanarManipulatorMachine(
         manipulator(settings.model, plant),
-        Friction(plant.coulomb, plant.coulomb),
+        Friction(plant.coulomb, plant.breakaway),
         lag=plant.current_lag,
         position=settings.model.home,
         step_ns=nanoseconds(settings.simulator.step),

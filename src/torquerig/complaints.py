@@ -130,7 +130,7 @@ def _describe(node: dict[str, Any]) -> str:
     if "enum" in node or "const" in node:
         allowed = ", ".join(map(write, node.get("enum", [node.get("const")])))
         return f"one of {allowed}" if "enum" in node else allowed
-    kind = node.get("type")
+    kind = str(node.get("type"))
     if kind == "array":
         items = node.get("prefixItems", [{}])
         return f"a list of {len(items)}: each {_describe(items[0])}"

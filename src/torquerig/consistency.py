@@ -88,6 +88,17 @@ def _motions(rig: Rig) -> Iterator[Problem]:
             yield Problem(f"motion.{number}", f"motion.{number} cannot be driven: {error}")
 
 
+def _frictions(rig: Rig) -> Iterator[Problem]:
+    """Joints that would hold less at rest than they brake while moving."""
+    for name, plant in rig.plant.items():
+        for leg, (coulomb, breakaway) in enumerate(zip(plant.coulomb, plant.breakaway, strict=True), start=1):
+            if breakaway < coulomb:
+                key = f"plant.{name}.breakaway"
+                yield Problem(
+                    key, f"{key} of leg {leg} = {breakaway:g} N·m cannot be: at least plant.{name}.coulomb, {coulomb:g}"
+                )
+
+
 def _intervals(rig: Rig) -> Iterator[Problem]:
     """Limits whose ends are exchanged, or that exclude home."""
     for name, (low, high), home in (
@@ -108,4 +119,12 @@ def _nodes(rig: Rig) -> Iterator[Problem]:
         seen[axis.node_id] = key
 
 
-_CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (_names, _timing, _load, _motions, _intervals, _nodes)
+_CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (
+    _names,
+    _timing,
+    _load,
+    _motions,
+    _frictions,
+    _intervals,
+    _nodes,
+)

@@ -83,16 +83,12 @@ def _time_ms(log: LoopLog) -> NDArray[np.float64]:
 
 def _path(axes: "Axes", log: LoopLog, truth: NDArray[np.float64] | None) -> None:
     """The end-effector in the plane: desired, measured, and true where it is known."""
-    rows = slice(log.rows)
+    desired, measured = 1e3 * log.desired_position[: log.rows], 1e3 * log.position[: log.rows]
     axes.set_title("Path of the end-effector")
-    axes.plot(
-        *(1e3 * log.desired_position[rows]).T, color=DESIRED, linewidth=4, label="desired", solid_capstyle="round"
-    )
+    axes.plot(*desired.T, color=DESIRED, linewidth=4, label="desired", solid_capstyle="round")
+    axes.plot(*measured.T, color=COLOURS[0], linewidth=1.4, marker=".", markersize=5, label="measured")
     if truth is not None:
-        axes.plot(*(1e3 * truth).T, color=COLOURS[1], linewidth=1, label="true")
-    axes.plot(
-        *(1e3 * log.position[rows]).T, color=COLOURS[0], linewidth=1.2, marker=".", markersize=4, label="measured"
-    )
+        axes.plot(*(1e3 * truth).T, color=COLOURS[1], linewidth=0.8, label="true")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
@@ -108,7 +104,7 @@ def _errors(axes: "Axes", time_ms: NDArray[np.float64], errors: NDArray[np.float
 
 def _torques(axes: "Axes", time_ms: NDArray[np.float64], log: LoopLog) -> None:
     """Motor torques as the drives report them, over what was commanded."""
-    axes.set_title("Motor torques: reported, and commanded (pale)")
+    axes.set_title("Torque (pale: command)")
     for column, colour in zip(log.tau[: log.rows].T, COLOURS, strict=True):
         axes.plot(time_ms, column, color=colour, linewidth=1.2, alpha=0.35, drawstyle="steps-post")
     _lines(axes, time_ms, log.tau_actual[: log.rows], ("motor 1", "motor 2", "motor 3"))
@@ -120,7 +116,14 @@ def _lines(axes: "Axes", time_ms: NDArray[np.float64], values: NDArray[np.float6
     for column, name, colour in zip(values.T, names, COLOURS, strict=False):
         axes.plot(time_ms, column, color=colour, linewidth=1.4, label=name)
     axes.axhline(0, color=DESIRED, linewidth=0.8)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names), borderaxespad=0.1, handlelength=1.4)
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=len(names),
+        borderaxespad=0.1,
+        handlelength=1.2,
+        columnspacing=1.2,
+    )
 
 
 def _show_motion(axes: "Axes", time_ms: NDArray[np.float64], log: LoopLog) -> None:

@@ -176,6 +176,7 @@ class Plant(Links):
     """A true machine for the simulator, in the model's geometry."""
 
     coulomb: EachNotNegative
+    breakaway: EachNotNegative
     torque_limit: Annotated[float, Field(gt=0, le=1.63)]
     current_lag: Annotated[float, Field(ge=0, le=0.1)]
 

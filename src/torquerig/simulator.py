@@ -60,13 +60,13 @@ class SimulatorRecord:
         write_table(self.place / TRUTH_FILE, columns_of(self.truth.rows()))
 
 
-def simulate(configuration: Configuration, *, record: Path | None, ready: Callable[[], None]) -> None:
+def simulate(configuration: Configuration, *, record: Path | None, ready: Callable[[str], None]) -> None:
     """Be the simulated drives until something is raised: by a signal, or by the bus.
 
     Args:
         configuration: What to simulate, and on which bus, which must not be `lockstep:`.
         record: A new or empty folder for the record.
-        ready: Called once the drives are on the bus.
+        ready: Called once the drives are on the bus, with how the process is scheduled.
 
     Raises:
         ConfigurationError: Other processes cannot join this bus.
@@ -80,14 +80,16 @@ def simulate(configuration: Configuration, *, record: Path | None, ready: Callab
             " take unix:FOLDER"
         )
     keep = None if record is None else _begin_record(configuration, record)
-    simulation = build_simulation(settings, keep and keep.truth)
-    bus = open_bus(settings.bus.url, bitrate=settings.bus.bitrate, tap=keep and keep.bus_log.tap, spin_ns=SPIN_NS)
+    simulation = build_simulation(settings, keep.truth if keep else None)
+    bus = open_bus(
+        settings.bus.url, bitrate=settings.bus.bitrate, tap=keep.bus_log.tap if keep else None, spin_ns=SPIN_NS
+    )
     if keep:
         keep.epoch_ns = time.time_ns() - bus.now_ns()
     devices = RealTimeDevices(bus, simulation.devices)
     try:
-        with frozen_heap(), real_time(settings.simulator.fifo_priority):
-            ready()
+        with frozen_heap(), real_time(settings.simulator.fifo_priority) as scheduling:
+            ready(scheduling)
             devices.serve(FOREVER_NS)
     finally:
         with undisturbed():

@@ -153,7 +153,7 @@ def test_the_configuration_printed_is_a_configuration_and_names_its_sources(caps
     (elsewhere / "my.toml").write_text(
         '[loop]\nrepeat = 2\n\n[laws.coupled-pd.motion1]\nkp = 1.0\n\n[plant."of mine"]\n'
         + "\n".join(f"{key} = 0.1" for key in ("actuator_inertia", "active_viscous", "passive_viscous"))
-        + "\ntorque_limit = 0.5\ncurrent_lag = 0.0\ncoulomb = [0.0, 0.0, 0.0]\n"
+        + "\ntorque_limit = 0.5\ncurrent_lag = 0.0\ncoulomb = [0.0, 0.0, 0.0]\nbreakaway = [0.0, 0.0, 0.0]\n"
         + "\n".join(f"{link}_{key} = [0.1, 0.1, 0.1]" for link in ("proximal", "distal") for key in KEYS_OF_A_LINK)
         + "\n"
     )

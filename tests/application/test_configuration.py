@@ -30,12 +30,12 @@ def test_the_shipped_configuration_is_the_thesis_experiment():
 
 def test_the_plants_differ_only_in_friction_and_torque_limit():
     plants = load_configuration().rig.plant
-    assert {name: (plant.coulomb[0], plant.torque_limit) for name, plant in plants.items()} == {
-        "ideal": (0.0, 0.98),
-        "identified": (0.5, 0.98),
-        "fitted": (1.64, 0.494),
+    assert {name: (plant.coulomb[0], plant.breakaway[0], plant.torque_limit) for name, plant in plants.items()} == {
+        "ideal": (0.0, 0.0, 0.98),
+        "identified": (0.0, 0.5, 0.98),
+        "fitted": (1.64, 1.64, 0.494),
     }
-    same = [plant.model_dump(exclude={"coulomb", "torque_limit"}) for plant in plants.values()]
+    same = [plant.model_dump(exclude={"coulomb", "breakaway", "torque_limit"}) for plant in plants.values()]
     assert same[0] == same[1] == same[2]
 
 

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from torquerig.cli.failures import EXIT_CODES
+from torquerig.schema import Rig
+
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -38,3 +41,14 @@ def test_every_dependency_is_accounted_for():
     project = PROJECT["project"]
     assert set(rows.findall(to_run)) == required(project["dependencies"])
     assert set(rows.findall(to_develop)) == required(project["optional-dependencies"]["dev"])
+
+
+def test_the_exit_codes_are_told_alike_in_help_and_docs():
+    text = (ROOT / "docs" / "exit-codes.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| (\d+) \|", text, re.MULTILINE) == re.findall(r"^  (\d+) ", EXIT_CODES, re.MULTILINE)
+
+
+def test_the_tables_told_in_docs_are_those_of_the_configuration():
+    text = (ROOT / "docs" / "configuration.md").read_text(encoding="utf-8")
+    told = re.findall(r"\[([a-z]+)[\].]", "\n".join(re.findall(r"^\| (\[.*?) \|", text, re.MULTILINE)))
+    assert set(told) == set(Rig.model_fields)

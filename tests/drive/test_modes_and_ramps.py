@@ -186,3 +186,24 @@ def test_the_reference_is_lost_by_reset_node_and_power_cycle_and_kept_by_reset_c
     enabled.drive.power_cycle(enabled.now_ns)
     enabled.wait(enabled.now_ns)
     assert not enabled.statusword & 0x0100
+
+
+def test_a_drive_that_is_enabled_halted_gives_no_torque_even_for_an_instant(bench, machine):
+    bench.write(0x1400, 1, 1, 2)
+    for k, controlword in enumerate((0x06, 0x07, 0x10F)):
+        bench.rpdo(controlword, 3000, (k + 1) * MS)
+        bench.sync()
+    bench.wait(20 * MS)
+    assert bench.state == 0x27
+    assert all(torque == 0.0 for _, _, torque in machine.commands)
+
+
+def test_an_overcurrent_ends_the_ramp_of_a_fault_reaction(pushing, machine):
+    pushing.write(0x605E, 1, 2)
+    pushing.write(0x2F00, 3, 4)
+    pushing.wait(11 * MS)
+    assert pushing.torque > 0.0
+    pushing.write(0x2F00, 1, 4)
+    assert machine.commands[-1] == (11 * MS, 0, 0.0)
+    assert pushing.statusword & 0x4F == 0x08
+    assert pushing.drive.next_event_ns() == 50 * MS

@@ -100,8 +100,9 @@ def test_an_injected_fault_lasts_until_it_is_cleared(enabled, injection, code, r
     assert enabled.read(0x1001) == register
     reset(enabled)
     assert enabled.state & 0x4F == 0x08
+    assert bool(enabled.statusword & 0x0010) is (injection not in {5, 6})
     enabled.write(0x2F00, 0, 4)
-    assert enabled.state & 0x4F == 0x08
+    assert enabled.statusword & 0x5F == 0x18
     reset(enabled)
     assert enabled.state == 0x40
 

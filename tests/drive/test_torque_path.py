@@ -138,3 +138,18 @@ def test_torque_is_zero_in_every_state_but_operation_enabled(bench):
         bench.rpdo(controlword, 5000)
         bench.wait(bench.now_ns + MS)
         assert bench.torque == 0.0
+
+
+def test_what_sync_releases_is_not_undone_by_an_older_rpdo_that_has_yet_to_act(enabled, machine):
+    """RPDO1 (type 255) comes 20 us before the SYNC that releases the torque offset of RPDO2 (type 1)."""
+    enabled.write(0x1601, 0x60B20010, 4, 1)
+    enabled.write(0x1601, 1, 1, 0)
+    enabled.write(0x1401, 1, 1, 2)
+    enabled.write(0x1401, 0x301, 4, 1)
+    enabled.hear(0x301, b"\x64\x00", 9 * MS)
+    enabled.rpdo(0x0F, 1000, 10 * MS - 20 * US)
+    machine.commands.clear()
+    enabled.sync(10 * MS)
+    enabled.wait(11 * MS)
+    assert [at_ns for at_ns, _, _ in machine.commands] == [10 * MS]
+    assert enabled.drive.torque_demand == pytest.approx(1641.19)

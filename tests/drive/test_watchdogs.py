@@ -221,3 +221,10 @@ def test_a_disabled_drive_hears_emergencies_and_lost_heartbeats_without_a_fault(
     bench.wait(100 * MS)
     assert bench.emergencies == [(10 * MS, 0x8130)]
     assert bench.state == 0x40
+
+
+def test_a_disabled_drive_misses_no_sync(pushing):
+    pushing.sync(10 * MS)
+    pushing.rpdo(0x00, 0)
+    pushing.wait(1000 * MS)
+    assert pushing.emergencies == []

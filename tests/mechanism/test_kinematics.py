@@ -12,7 +12,7 @@ from torquerig.mechanism import HOME, Manipulator, MechanismError, ReachError, S
 
 THESIS = Manipulator.thesis()
 L = THESIS.link_length
-MODES = list(product((1, -1), repeat=3))
+MODES: list[tuple[int, int, int]] = [(a, b, c) for a, b, c in product((1, -1), repeat=3)]
 
 positions = st.tuples(st.floats(0.08, 0.13), st.floats(0.04, 0.09))
 velocities = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))

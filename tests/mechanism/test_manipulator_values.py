@@ -35,7 +35,7 @@ CALLS = [
 
 def flat(result: object) -> list[float]:
     parts = result if isinstance(result, tuple) else (result,)
-    return np.concatenate([np.ravel(np.asarray(part)) for part in parts]).tolist()
+    return [float(value) for part in parts for value in np.ravel(np.asarray(part))]
 
 
 @pytest.mark.parametrize(("method", "arguments"), CALLS)

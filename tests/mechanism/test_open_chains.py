@@ -40,7 +40,8 @@ def coriolis(leg: int, phi: float, theta_rate: float, phi_rate: float) -> NDArra
     gradient = np.stack([np.zeros((2, 2)), by_phi], axis=2)  # [row, column, by which angle]
     qd = np.array([theta_rate, phi_rate])
     symbols = 0.5 * (gradient + gradient.transpose(0, 2, 1) - gradient.transpose(2, 0, 1))
-    return symbols @ qd
+    matrix: NDArray[np.float64] = symbols @ qd
+    return matrix
 
 
 @given(angles)

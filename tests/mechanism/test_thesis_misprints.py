@@ -23,7 +23,8 @@ def printed_forward_kinematics(theta: Array, swapped: int) -> Array:
     denominator = 2.0 * (x1 * (y2 - y3) + x2 * bracket + x3 * (y1 - y2))
     x = n1 * (y2 - y3) + n2 * (y3 - y1) + n3 * (y1 - y2)
     y = n1 * (x3 - x2) + n2 * (x1 - x3) + n3 * (x2 - x1)
-    return 1e3 * np.array([x, y]) / denominator
+    printed: Array = 1e3 * np.array([x, y]) / denominator
+    return printed
 
 
 def open_chain(position: tuple[float, float]) -> tuple[Array, Array, Array, Array]:

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog, lsq_linear
 
-from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine
+from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine, integrator, layout
 from torquerig.mechanism import HOME, Manipulator
 
 THESIS = Manipulator.thesis()
@@ -25,7 +25,7 @@ def largest_load(position: tuple[float, float], tau_m: np.ndarray, breakaway: tu
     equal = np.column_stack([-N * S.T @ tau_m, S.T])
     bounds = [(0.0, None), *[(-limit, limit) for limit in breakaway]]
     solution = linprog([-1.0, 0.0, 0.0, 0.0], A_eq=equal, b_eq=[0.0, 0.0], bounds=bounds)
-    return float(solution.x[0]) if solution.status == 0 else np.inf
+    return np.inf if solution.x is None else float(solution.x[0])
 
 
 def machine_at(position: tuple[float, float], friction: Friction, lag: float = 0.0) -> PlanarManipulatorMachine:
@@ -222,3 +222,18 @@ def test_a_machine_with_one_rough_joint_holds_that_joint_only() -> None:
     assert machine.resting_joints == (True, False, False)
     assert machine.motor_angle(0, 10 * MS) == angle
     assert abs(machine.motor_velocity(1, 10 * MS)) > 0.01
+
+
+def test_crowding_events_let_joints_come_to_rest_but_not_give_way() -> None:
+    machine = machine_at(HOME, Friction.uniform(1.0))
+    constants, parameters, state = machine._constants, machine._parameters, machine._state
+    state[layout.TORQUE : layout.TORQUE + 3] = state[layout.DEMAND : layout.DEMAND + 3] = (0.5, 0.0, 0.0)
+    state[layout.EVENTS] = layout.CROWD
+    assert integrator.wait_for_load(constants, parameters, state, 1e-3) == parameters[layout.STEP]
+    assert machine.at_rest
+    state[layout.EVENTS] = layout.CROWD - 1.0
+    assert integrator.wait_for_load(constants, parameters, state, 1e-3) == 0.0
+    assert not machine.at_rest
+    state[layout.EVENTS] = layout.CROWD
+    integrator.hold_or_slide(constants, parameters, state, 1)
+    assert machine.resting_joints[1]

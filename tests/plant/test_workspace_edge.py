@@ -48,9 +48,9 @@ def test_leaning_against_the_edge_is_one_stop() -> None:
 def test_machine_leaves_the_edge_when_pulled_back() -> None:
     machine = leaning_machine(Friction.uniform(0.5))
     place = machine.position
-    pull = THESIS.distribute(place, HOME - place)
+    pull = THESIS.inverse_dynamics(place, (0.0, 0.0), 5.0 * (HOME - place) / np.linalg.norm(HOME - place))
     for axis in range(3):
-        machine.set_torque_demand(axis, 0.9 * pull[axis] / np.abs(pull).max(), 1_000 * MS)
+        machine.set_torque_demand(axis, pull[axis], 1_000 * MS)
     machine.advance(1_050 * MS)
     assert np.linalg.norm(machine.position - HOME) < np.linalg.norm(place - HOME) - 1e-3
 

@@ -30,10 +30,10 @@ FIRST, SECOND = b"\x011234567", b"\x8289" + 5 * Z
         ([OFFER, b"\x05" + SEGMENTS[0]], 0x05040003),  # the block has 4
         ([OFFER, FIRST, SECOND, b"\xd5\xc4\x31" + 5 * Z], 0x05040004),
         ([OFFER, FIRST, b"\x8299" + 5 * Z, b"\xd5\xc3\x31" + 5 * Z], 0x05040004),
-        ([b"\xc2\x00\x60\x01\x06" + 3 * Z, FIRST], 0x06070012),
+        ([b"\xc2\x00\x60\x01\x06" + 3 * Z, FIRST, SECOND], 0x06070012),
         ([b"\xc2\x00\x60\x01\x0a" + 3 * Z, FIRST, SECOND, b"\xd5" + 7 * Z], 0x06070013),
         ([b"\xc2\x00\x60\x01\x15" + 3 * Z], 0x05040005),  # 21 bytes of 20
-        ([b"\xc0\x00\x60\x01" + 4 * Z, FIRST, b"\x021234567", b"\x031234567"], 0x05040005),
+        ([b"\xc0\x00\x60\x01" + 4 * Z, FIRST, b"\x021234567", b"\x031234567", b"\x041234567"], 0x05040005),
         ([b"\xe0\x00\x60\x01" + 4 * Z], 0x05040001),  # specifier 7
         ([b"\xa3\x00\x60\x01" + 4 * Z], 0x05040001),  # a request
         ([b"\xc0\x00\x60\x01" + 4 * Z, *[b"\x82" + 7 * Z] * 17], 0x05040003),  # never the first segment

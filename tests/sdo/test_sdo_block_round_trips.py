@@ -37,9 +37,9 @@ class OneObject:
 class Line:
     """Carries frames both ways in order, and loses some: segments only, or any."""
 
-    def __init__(self, transfer, server, *, chance=random.Random(0), loss=0.0, any_frame=False, vary_sizes=False):
+    def __init__(self, transfer, server, *, chance=None, loss=0.0, any_frame=False, vary_sizes=False):
         self.transfer, self.server = transfer, server
-        self.chance, self.loss = chance, loss
+        self.chance, self.loss = chance or random.Random(0), loss
         self.any_frame, self.vary_sizes = any_frame, vary_sizes
         self.to_server = deque([transfer.request])
         self.to_client = deque()
@@ -88,7 +88,7 @@ class Line:
 @given(value=values, seed=seeds, loss=losses, block_size=block_sizes, vary=st.booleans(), options=st.data())
 def test_what_is_written_arrives_whatever_segments_are_lost(value, seed, loss, block_size, vary, options):
     crc, sized, server_crc = (options.draw(st.booleans()) for _ in range(3))
-    loss = loss if crc and server_crc or sized else 0.0  # nobody asks again where a mistake would not show
+    loss = loss if (crc and server_crc) or sized else 0.0  # nobody asks again where a mistake would not show
     access = OneObject()
     server = SdoServer(access, max_bytes=MAX_BYTES, block_size=block_size, crc=server_crc)
     download = SdoBlockDownload(0x2000, 1, value, crc=crc, indicate_size=sized)
@@ -145,7 +145,7 @@ def test_a_server_that_may_switch_does_so_up_to_the_threshold(length, threshold)
     value = bytes(i % 251 for i in range(length))
     server = SdoServer(OneObject(value))
     switches = server.handle(SdoBlockUpload(0x2000, 1, switch_threshold=threshold).request)[0] >> 5 == 2
-    assert switches == (0 < threshold and length <= threshold)
+    assert switches == (threshold > 0 and length <= threshold)
     upload = SdoBlockUpload(0x2000, 1, switch_threshold=threshold)
     Line(upload, server).run()
     assert upload.done

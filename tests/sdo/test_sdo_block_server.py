@@ -50,7 +50,7 @@ DOWNLOADS = {
         {},
         DIGITS,
         [
-            (b"\xc2\x00\x20\x00\x09" + 3 * Z, [b"\xa4\x00\x20\x00\x7f" + 3 * Z]),
+            (b"\xc2\x00\x20\x00\x09" + 3 * Z, [b"\xa0\x00\x20\x00\x7f" + 3 * Z]),
             (b"\x011234567", []),
             (b"\x8289" + 5 * Z, [b"\xa2\x02\x7f" + 5 * Z]),
             (b"\xd5" + 7 * Z, [b"\xa1" + 7 * Z]),
@@ -95,7 +95,7 @@ DOWNLOADS = {
         ],
     ),
     "with the first lost, two swapped and one twice": (
-        {"crc": False},
+        {},
         LETTERS,
         [
             (b"\xc2\x00\x20\x00\x23" + 3 * Z, [b"\xa0\x00\x20\x00\x7f" + 3 * Z]),
@@ -150,7 +150,7 @@ UPLOADS = {
         {},
         DIGITS,
         [
-            (b"\xa0\x00\x20\x00\x7f" + 3 * Z, [b"\xc6\x00\x20\x00\x09" + 3 * Z]),
+            (b"\xa0\x00\x20\x00\x7f" + 3 * Z, [b"\xc2\x00\x20\x00\x09" + 3 * Z]),
             (b"\xa3" + 7 * Z, [b"\x011234567", b"\x8289" + 5 * Z]),
             (b"\xa2\x02\x7f" + 5 * Z, [b"\xd5" + 7 * Z]),
             (b"\xa1" + 7 * Z, []),
@@ -194,7 +194,7 @@ UPLOADS = {
         {},
         b"\x37\x02",
         [
-            (b"\xa0\x00\x20\x00\x7f" + 3 * Z, [b"\xc6\x00\x20\x00\x02" + 3 * Z]),
+            (b"\xa4\x00\x20\x00\x7f" + 3 * Z, [b"\xc6\x00\x20\x00\x02" + 3 * Z]),
             (b"\xa3" + 7 * Z, [b"\x81\x37\x02" + 5 * Z]),
         ],
     ),

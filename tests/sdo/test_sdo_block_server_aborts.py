@@ -60,7 +60,7 @@ WRONG = [
     ([DOWNLOAD, b"\x011234567", b"\x8288" + 5 * Z], b"\xd5\xc3\x31" + 5 * Z, 0x05040004),
     ([DOWNLOAD, b"\x011234567", b"\x8289" + 5 * Z], b"\xd1\xc3\x31" + 5 * Z, 0x05040004),  # n = 4
     # length, without check sum
-    ([b"\xc2\x00\x20\x00\x06" + 3 * Z], b"\x011234567", 0x06070012),
+    ([b"\xc2\x00\x20\x00\x06" + 3 * Z, b"\x011234567"], b"\x8289" + 5 * Z, 0x06070012),
     ([b"\xc2\x00\x20\x00\x08" + 3 * Z, b"\x011234567", b"\x8289" + 5 * Z], b"\xd5" + 7 * Z, 0x06070012),
     ([b"\xc2\x00\x20\x00\x0a" + 3 * Z, b"\x011234567", b"\x8289" + 5 * Z], b"\xd5" + 7 * Z, 0x06070013),
     # memory
@@ -97,7 +97,8 @@ def test_a_number_beyond_the_block_is_a_wrong_sequence_number(shelf):
 def test_a_download_that_grows_beyond_the_bound_is_refused(shelf):
     shelf.objects[0x2000, 0] = b"before"
     server = say(SdoServer(shelf, max_bytes=10), [b"\xc0\x00\x20\x00" + 4 * Z, b"\x011234567"])
-    assert server.handle(b"\x021234567") == abort(0x2000, 0, 0x05040005)
+    assert server.handle(b"\x021234567") is None
+    assert server.handle(b"\x831234567") == abort(0x2000, 0, 0x05040005)
     say(server, [b"\xc0\x00\x20\x00" + 4 * Z, b"\x011234567", b"\x821234" + 3 * Z])
     assert server.handle(b"\xcd" + 7 * Z) == abort(0x2000, 0, 0x05040005)  # 11 bytes
     say(server, [b"\xc0\x00\x20\x00" + 4 * Z, b"\x011234567", b"\x82123" + 4 * Z, b"\xd1" + 7 * Z])
@@ -163,32 +164,42 @@ def test_a_reset_forgets_the_transfer(server, before):
     assert server.handle(b"\xc1" + 7 * Z) == abort(0, 0, 0x05040001)
 
 
-def test_the_rest_of_a_block_that_was_aborted_is_not_taken_for_requests(server, shelf):
-    # 60 bytes announced, 127 segments sent at once; of the 35th, 23 hex, the data look like 2000:0 := 4 bytes
-    say(server, [b"\xc2\x00\x20\x00\x3c" + 3 * Z, *(bytes((n,)) + 7 * Z for n in range(1, 9))])
-    assert server.handle(b"\x09" + 7 * Z) == abort(0x2000, 0, 0x06070012)
-    for number in range(10, 128):
-        assert server.handle(bytes((number | (number == 127) << 7,)) + b"\x00\x20\x00evil") is None
-    assert server.skipped == 118
+def test_data_that_are_too_long_are_refused_when_the_block_is_over(server, shelf):
+    # the 35th segment, 23 hex, would be an expedited download of its last 4 bytes to 2000:0 if it came after the abort
+    say(server, [b"\xc2\x00\x20\x00\x3c" + 3 * Z])
+    for number in range(1, 127):
+        assert server.handle(bytes((number,)) + b"\x00\x20\x00evil") is None
+    assert server.handle(b"\xff\x00\x20\x00evil") == abort(0x2000, 0, 0x06070012)
     assert shelf.written == []
     assert server.handle(b"\x23\x00\x20\x00good") == b"\x60\x00\x20\x00" + 4 * Z
 
 
-@pytest.mark.parametrize("request_bytes", [b"\x23\x00\x20\x00good", b"\x2f\x00\x20\x00" + 4 * Z])
-def test_after_an_abort_a_request_that_does_not_go_on_is_one(server, shelf, request_bytes):
-    say(server, [b"\xc2\x00\x20\x00\x06" + 3 * Z])
-    assert server.handle(b"\x011234567") == abort(0x2000, 0, 0x06070012)
-    assert server.handle(b"\x021234567") is None
+def test_segments_after_an_impossible_one_are_not_taken_for_requests(shelf):
+    shelf.objects[0x2000, 0] = b"before"
+    server = say(SdoServer(shelf, block_size=4), [b"\xc0\x00\x20\x00" + 4 * Z])
+    say(server, [bytes((number,)) + b"\x00\x20\x00evil" for number in range(1, 5)])
+    assert server.handle(b"\x05\x00\x20\x00evil") == abort(0x2000, 0, 0x05040003)
+    for number in range(6, 128):  # by a client that takes no notice of the block size
+        assert server.handle(bytes((number,)) + b"\x00\x20\x00evil") is None
+    assert server.skipped == 122
+    assert shelf.written == []
+    assert server.handle(b"\x23\x00\x20\x00good") == b"\x60\x00\x20\x00" + 4 * Z
+
+
+@pytest.mark.parametrize(
+    ("wrong", "request_bytes"),
+    [  # at most 33 segments, 21 hex
+        (b"\x00ooooooo", b"\x23\x00\x20\x00good"),
+        (b"\x22ooooooo", b"\x2f\x00\x20\x00" + 4 * Z),
+        (b"\xa2ooooooo", b"\x23\x00\x20\x00good"),  # goes on, but after the last one nothing does
+    ],
+)
+def test_after_an_impossible_segment_a_request_that_does_not_go_on_is_one(shelf, wrong, request_bytes):
+    shelf.objects[0x2000, 0] = b"before"
+    server = say(SdoServer(shelf, block_size=0x21), [b"\xc0\x00\x20\x00" + 4 * Z, b"\x011234567"])
+    assert server.handle(wrong) == abort(0x2000, 0, 0x05040003)
     assert server.handle(request_bytes) == b"\x60\x00\x20\x00" + 4 * Z
     assert len(shelf.written) == 1
-
-
-def test_nothing_goes_on_after_the_last_segment_or_the_end_of_a_block(shelf):
-    shelf.objects[0x2000, 0] = b"before"
-    server = say(SdoServer(shelf, block_size=0x22, max_bytes=7 * 0x21), [b"\xc0\x00\x20\x00" + 4 * Z])
-    say(server, [bytes((n,)) + 7 * Z for n in range(1, 0x22)])
-    assert server.handle(b"\x22" + 7 * Z) == abort(0x2000, 0, 0x05040005)  # the last of its block
-    assert server.handle(b"\x23\x00\x20\x00good") == b"\x60\x00\x20\x00" + 4 * Z
 
 
 # silence

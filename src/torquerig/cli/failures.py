@@ -32,7 +32,7 @@ class Failure(click.ClickException):
     def __init__(self, sentence: str, exit_code: int) -> None:
         """Keep the sentence and the exit code."""
         super().__init__(sentence)
-        self.exit_code = exit_code
+        self.exit_code = exit_code  # type: ignore[misc]  # click reads it from the instance, whatever its stub says
 
     def show(self, file: IO[Any] | None = None) -> None:
         """Print the sentence on standard error."""

@@ -26,8 +26,9 @@ def command(bus: str, plant: str | None, config_file: Path | None, record_folder
         simulate(
             configuration,
             record=record_folder,
-            ready=lambda: click.echo(
-                f"simulated drives {node_ids} on {rig.bus.url}, plant {rig.simulator.plant}; Ctrl-C ends them"
+            ready=lambda scheduling: click.echo(
+                f"simulated drives {node_ids} on {rig.bus.url}, plant {rig.simulator.plant}, under {scheduling};"
+                " Ctrl-C ends them"
             ),
         )
     except Stopped:

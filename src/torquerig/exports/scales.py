@@ -37,8 +37,8 @@ _OURS: Final = MappingProxyType(
 def scales_of(settings: AxisSettings, dictionary: canopen.ObjectDictionary) -> Mapping[tuple[int, int], Scale]:
     """The scales of a drive's objects: rad of the joint and N·m of the motor where the axis tells them.
 
-    A torque that has another slope in each direction, or per mille of something that neither profile nor EDS tell, has
-    no single factor: it stays a raw number, and says why.
+    A torque with another slope in each direction has no single factor: it stays in counts, and both slopes are told.
+    One in per mille of something that neither profile nor EDS tell stays in per cent of it.
 
     Args:
         settings: The drive and its axis.
