@@ -1,7 +1,7 @@
-"""Which frame goes next on a CAN wire: a node's oldest, and among nodes the lowest identifier (ISO 11898-1)."""
+"""Which frame goes next on a CAN wire: the lowest identifier of those that are ready (ISO 11898-1)."""
 
-from collections import deque
-from typing import NamedTuple
+from operator import itemgetter
+from typing import Final, NamedTuple
 
 from torquerig.device_sim.devices import NEVER_NS
 from torquerig.driver.wire.frame import Frame
@@ -23,6 +23,9 @@ class Waiting(NamedTuple):
     frame: Frame
 
 
+_PRECEDENCE: Final = itemgetter(0, 1)  # rank, then node_id
+
+
 def rank_of(frame: Frame) -> int:
     """Return the arbitration field as the number that it is on the wire, where a dominant bit is 0.
 
@@ -36,28 +39,30 @@ def rank_of(frame: Frame) -> int:
 
 
 class SendQueues:
-    """The send queue of every node on the wire."""
+    """The frames that wait at all nodes of the wire.
+
+    A node's controller offers its best frame, as one with a mailbox a frame does: the lowest identifier that is ready.
+    Frames of one identifier keep their order.
+    """
 
     def __init__(self) -> None:
-        self._queues: dict[int, deque[Waiting]] = {}
+        self._waiting: list[Waiting] = []
 
     def put(self, node_id: int, frame: Frame, ready_ns: int) -> None:
-        """Append a frame to a node's queue."""
-        queue = self._queues.get(node_id)
-        if queue is None:
-            queue = self._queues[node_id] = deque()
-        queue.append(Waiting(rank_of(frame), node_id, ready_ns, frame))
+        """Let a frame wait at a node."""
+        self._waiting.append(Waiting(rank_of(frame), node_id, ready_ns, frame))
 
     def ready_ns(self) -> int:
-        """Return when the first of the queues' heads is ready [ns]; NEVER_NS if all are empty."""
-        return min([queue[0].ready_ns for queue in self._queues.values() if queue], default=NEVER_NS)
+        """Return when the first frame is ready [ns]; NEVER_NS if none waits."""
+        return min([waiting.ready_ns for waiting in self._waiting], default=NEVER_NS)
 
     def take(self, at_ns: int) -> Waiting:
         """Remove and return the frame that wins the arbitration that begins at a time.
 
         Args:
-            at_ns: When the wire is idle and at least one head is ready [ns].
+            at_ns: When the wire is idle and at least one frame is ready [ns].
         """
-        winner = min([queue[0] for queue in self._queues.values() if queue and queue[0].ready_ns <= at_ns])
-        self._queues[winner.node_id].popleft()
+        ready = [waiting for waiting in self._waiting if waiting.ready_ns <= at_ns]
+        winner = min(ready, key=_PRECEDENCE)  # the first of equals: they keep their order
+        self._waiting.remove(winner)
         return winner

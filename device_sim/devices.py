@@ -4,7 +4,7 @@ Sans I/O: frames and times go in, frames that are ready to be sent come out. Who
 or in real time) arbitrates, delays and stamps the frames.
 """
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple, Protocol, runtime_checkable
 
@@ -103,6 +103,25 @@ class SimulatedDevices:
             node.advance(due_ns)
             emissions += node.take()
         return emissions
+
+    def intervene(self, node_id: int, at_ns: int, act: Callable[[int], None]) -> list[Emission]:
+        """Do something to a node that no frame does, such as switching it off, after all that is due until then.
+
+        Args:
+            node_id: Which node.
+            at_ns: When [ns].
+            act: Does it to the node; is called with the time.
+
+        Returns:
+            What the nodes want to send.
+
+        Raises:
+            KeyError: There is no such node.
+        """
+        node = self.nodes[node_id]
+        emissions = self.advance(at_ns)
+        act(at_ns)
+        return emissions + node.take()
 
     def receive(self, frame: Frame, at_ns: int, sender: int | None = None) -> list[Emission]:
         """Let every node but the sender hear a frame, after all that is due until then has happened.

@@ -83,6 +83,10 @@ class SimulatedNetwork:
         """Tell `tap` every frame from now on, at its end [ns]."""
         self._taps.append(tap)
 
+    def intervene(self, node_id: int, act: Callable[[int], None]) -> None:
+        """Do something to a device now that no frame does; see `SimulatedDevices.intervene`."""
+        self._enqueue(self._devices.intervene(node_id, self._now_ns, act))
+
     def submit(self, frame: Frame) -> None:
         """Put a frame into the master's send queue now."""
         self._queues.put(MASTER, frame, self._now_ns)

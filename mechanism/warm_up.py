@@ -4,7 +4,10 @@ from torquerig.mechanism.manipulator import HOME, Manipulator
 
 
 def warm_up() -> None:
-    """Compiles every method of Manipulator, or loads it from the disk cache."""
+    """Compiles what a control loop calls, or loads it from the disk cache.
+
+    That is Manipulator but for forward_dynamics and inverse_dynamics: those wait for their first call.
+    """
     machine = Manipulator.thesis()
     rest = (0.0, 0.0)
     machine.forward_kinematics(machine.inverse_kinematics(HOME).theta)
@@ -12,4 +15,3 @@ def warm_up() -> None:
     machine.dynamics(HOME, rest)
     machine.distribute(HOME, rest)
     machine.task_velocity(HOME, (0.0, 0.0, 0.0))
-    machine.forward_dynamics(HOME, rest, machine.inverse_dynamics(HOME, rest, rest))

@@ -17,12 +17,15 @@ class NodeTiming:
         answer_ns: From an SDO or guarding request until the answer is ready.
         sample_ns: From SYNC (or another occasion) until the TPDO sampled then is ready.
         reaction_ns: From a write that SYNC did not release until the device acts on it.
+        sdo_patience_ns: How long a client may be silent inside a block download before it is asked for the rest;
+            below the 300 ms after which common masters give up.
     """
 
     boot_ns: int = 1_000_000
     answer_ns: int = 20_000
     sample_ns: int = 20_000
     reaction_ns: int = 50_000
+    sdo_patience_ns: int = 200_000_000
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,8 @@ class MappingObject:
         """The object of a mapping entry, or the length of a dummy [byte].
 
         Raises:
-            SdoAbort: 0602 0000 or 0609 0011, there is no such object; 0604 0041, it cannot be mapped so.
+            SdoAbort: 0602 0000, there is no such object or sub-index (CiA 301, 7.5.2.36: 0609 0011 would be about the
+                mapping object itself); 0604 0041, it cannot be mapped so.
         """
         index, object_subindex, bits = split_mapping_entry(value)
         dummy = self._store.dummies.get(index) if object_subindex == 0 else None
@@ -86,6 +87,8 @@ class MappingObject:
             if not self._inward or bits != 8 * calcsize(f"<{dummy}"):
                 raise SdoAbort(AbortCode.NOT_MAPPABLE, self._index, subindex)
             return bits // 8
+        if (index, object_subindex) not in self._store:
+            raise SdoAbort(AbortCode.NO_OBJECT, self._index, subindex)
         entry = self._store.find(index, object_subindex)
         suitable = entry.receivable if self._inward else entry.sendable
         if not suitable or entry.codec is None or bits != 8 * entry.codec.size:

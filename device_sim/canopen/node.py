@@ -91,6 +91,7 @@ class CanopenNode:
         self.sync = SyncConsumer(store, self.emergency)
         self.pdos = ProcessData(core, self.emergency, self.sync, self._rpdo_missing)
         self._sdo = SdoServer(store, size_of=store.size_of)
+        self._sdo_timer = self.timers.add(lambda at_ns: self._answer_sdo(self._sdo.overdue(), at_ns))
         self._application = application(self)
         self._siblings = EmergencyConsumer(store, self._application.hear_emergency)
         self._error_control = ErrorControl(core, self.nmt, self.emergency, self._application, self._siblings)
@@ -258,9 +259,16 @@ class CanopenNode:
         self.refused += 1
 
     def _serve_sdo(self, frame: Frame, at_ns: int) -> None:
-        response = self._sdo.handle(frame.data)
+        self._answer_sdo(self._sdo.handle(frame.data), at_ns)
+
+    def _answer_sdo(self, response: bytes | None, at_ns: int) -> None:
         if response is not None:
-            self._send(Frame(cob.SDO_RESPONSE + self.node_id, response), at_ns + self._timing.answer_ns)
+            for message in (response, *self._sdo.pending):
+                self._send(Frame(cob.SDO_RESPONSE + self.node_id, message), at_ns + self._timing.answer_ns)
+        if self._sdo.receiving:
+            self._sdo_timer.arm(at_ns + self._timing.sdo_patience_ns)
+        else:
+            self._sdo_timer.cancel()
 
     def _synchronise(self, frame: Frame, at_ns: int) -> None:
         if self.sync.accept(frame, at_ns):

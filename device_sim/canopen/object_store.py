@@ -169,6 +169,9 @@ class ObjectStore:
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries.values())
 
+    def __contains__(self, address: tuple[int, int]) -> bool:
+        return address in self._entries
+
     def find(self, index: int, subindex: int = 0) -> Entry:
         """The object.
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from torquerig.device_sim.canopen.node import CanopenNode
 from torquerig.device_sim.drive import objects
+from torquerig.device_sim.drive.fault_injection import Injection
 from torquerig.device_sim.drive.parameters import DriveParameters
 from torquerig.device_sim.drive.torque_drive import TorqueDrive
 from torquerig.device_sim.machine import Machine
@@ -59,6 +60,19 @@ class SimulatedDrive(CanopenNode):
     def _build(self, node: CanopenNode, machine: Machine, parameters: DriveParameters) -> TorqueDrive:
         self._drive = TorqueDrive(node, machine, self.axis, parameters)
         return self._drive
+
+    def inject(self, fault: Injection, at_ns: int) -> None:
+        """Make a fault happen, as a write of its number to 2F00 does.
+
+        Args:
+            fault: Which.
+            at_ns: When [ns].
+        """
+        self.advance(at_ns)
+        self.timers.now_ns = at_ns
+        self.store.write(objects.FAULT_INJECTION, 0, fault.to_bytes(4, "little"))
+        if self.pdos.eventful:
+            self.pdos.check(at_ns)
 
     @property
     def state(self) -> DriveState:

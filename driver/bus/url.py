@@ -60,14 +60,25 @@ def open_bus(
                 f"{url!r} simulates inside one process, and there is nothing to simulate here: unix:FOLDER"
             )
         return LockstepBus(wire(), tap)
-    opened = _open_python_can(url, interface, channel, bitrate)
+    opened = open_python_can(url, bitrate=bitrate)
     clock = RealClock(spin_ns)
     if isinstance(opened, SocketcanBus):
         return KernelCanBus(opened, clock, tap, spin_ns=spin_ns)
     return PythonCanBus(opened, clock, tap, spin_ns=spin_ns)
 
 
-def _open_python_can(url: str, interface: str, channel: str, bitrate: int) -> can.BusABC:
+def open_python_can(url: str, *, bitrate: int) -> can.BusABC:
+    """Return the bus that a URL of a real-time bus names, as python-can's programs use it.
+
+    Args:
+        url: `INTERFACE:CHANNEL`; the channel may hold further colons.
+        bitrate: For interfaces that set their own bit rate [bit/s].
+
+    Raises:
+        BusUrlError: The URL names nothing that can be opened.
+        BusError: The interface is down.
+    """
+    interface, _, channel = url.partition(":")
     known = VALID_INTERFACES | {"unix"}
     if interface not in known:
         near = ", ".join(difflib.get_close_matches(interface, [LOCKSTEP, *sorted(known)], n=3))

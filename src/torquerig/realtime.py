@@ -5,6 +5,8 @@ frames are taken by the times at which they were complete, so that no watchdog t
 """
 
 from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from torquerig.device_sim.arbitration import SendQueues
@@ -15,6 +17,10 @@ from torquerig.driver.wire.frame import Arrival, Frame
 
 ECHO_PATIENCE_NS: Final = 100_000_000
 """A bus that gives own frames back does so within this time of the first one."""
+
+WAKE_NS: Final = 200_000
+"""A little more than a process takes to wake up. Events in the devices happen at their exact times however late they
+are computed, so those of this span are computed together; a frame that is ready within it goes out at once."""
 
 
 class EchoFilter:
@@ -56,14 +62,17 @@ class RealTimeDevices:
         lost: Frames that the bus did not take, as when the link is down for a while.
     """
 
-    def __init__(self, bus: Bus, devices: SimulatedDevices) -> None:
+    def __init__(self, bus: Bus, devices: SimulatedDevices, wake_ns: int = WAKE_NS) -> None:
         """Join the devices to a bus; their time 0 is now.
 
         Args:
             bus: The bus, which must be in real time.
             devices: The devices, not advanced yet.
+            wake_ns: How long after an event in the devices it is computed at the latest, and how much sooner than
+                ready a frame may go out [ns].
         """
         self._bus = bus
+        self._wake_ns = wake_ns
         self._devices = devices
         self._queues = SendQueues()
         self._echoes = EchoFilter()
@@ -75,6 +84,29 @@ class RealTimeDevices:
     def origin_ns(self) -> int:
         """What the devices' time 0 is on the bus clock."""
         return self._origin_ns
+
+    @property
+    def now_ns(self) -> int:
+        """How far the devices' time has come [ns]."""
+        return self._latest_ns
+
+    def intervene(self, node_id: int, act: Callable[[int], None]) -> None:
+        """Do something to a device now that no frame does; see `SimulatedDevices.intervene`."""
+        self._queue(self._devices.intervene(node_id, self._latest_ns, act))
+        self._send_ready()
+
+    @contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let the devices' time stand still while what is inside goes on.
+
+        Yields:
+            Nothing. Frames that come meanwhile are heard at the instant of standing still.
+        """
+        since_ns = self._bus.now_ns()
+        try:
+            yield
+        finally:
+            self._origin_ns += self._bus.now_ns() - since_ns
 
     def serve(self, until_ns: int) -> None:
         """Let the devices live until a time.
@@ -97,7 +129,7 @@ class RealTimeDevices:
         Raises:
             BusError: The bus is gone.
         """
-        due_ns = min(until_ns, self._devices.next_event_ns(), self._queues.ready_ns())
+        due_ns = min(until_ns, self._devices.next_event_ns() + self._wake_ns, self._queues.ready_ns())
         arrival = self._bus.receive(self._origin_ns + due_ns)
         if arrival is None:
             # the frames that came before due_ns are all taken; what came since is next, so time goes no further
@@ -119,13 +151,13 @@ class RealTimeDevices:
 
     def _send_ready(self) -> None:
         """Send what is ready, by arbitration; the siblings of a sender hear it too."""
-        while self._queues.ready_ns() <= self._latest_ns:
-            waiting = self._queues.take(self._latest_ns)
-            now_ns = self._bus.now_ns()
+        soon_ns = self._latest_ns + self._wake_ns
+        while self._queues.ready_ns() <= soon_ns:
+            waiting = self._queues.take(soon_ns)
             try:
                 self._bus.send(waiting.frame)
             except BusError:
                 self.lost += 1  # as a real drive's frame is when nobody acknowledges it
                 continue
-            self._echoes.sent(waiting.frame, now_ns)
+            self._echoes.sent(waiting.frame, self._origin_ns + self._latest_ns)
             self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))

@@ -78,8 +78,8 @@ class Node:
         return taken
 
 
-def serve(bus: Bus, nodes: list[Node], until_ns: int) -> RealTimeDevices:
-    devices = RealTimeDevices(bus, SimulatedDevices(nodes))
+def serve(bus: Bus, nodes: list[Node], until_ns: int, wake_ns: int = 0) -> RealTimeDevices:
+    devices = RealTimeDevices(bus, SimulatedDevices(nodes), wake_ns)
     devices.serve(until_ns)
     return devices
 
@@ -104,6 +104,27 @@ def test_a_frame_that_never_came_is_missed_at_its_time():
     bus.queue.append(Arrival(ORIGIN_NS + 2 * MS, COMMAND))
     serve(bus, [node], 9 * MS)
     assert bus.sent == [(5 * MS, Frame(0x081, bytes(8)))]
+
+
+def test_an_event_that_is_computed_late_still_comes_before_a_later_frame():
+    bus, node = Bus(), Node(1)
+    bus.queue.extend(Arrival(ORIGIN_NS + at_ns, COMMAND) for at_ns in (2 * MS, 5 * MS + MS // 10))
+    serve(bus, [node], 6 * MS, wake_ns=MS // 5)
+    assert node.heard == [(2 * MS, COMMAND), (5 * MS + MS // 10, COMMAND)]
+    assert bus.sent == [(5 * MS + MS // 10, Frame(0x081, bytes(8)))]
+
+
+def test_a_frame_in_time_is_in_time_however_late_it_is_looked_at():
+    bus, node = Bus(), Node(1)
+    bus.queue.extend(Arrival(ORIGIN_NS + at_ns, COMMAND) for at_ns in (2 * MS, 5 * MS - 1))
+    serve(bus, [node], 6 * MS, wake_ns=MS // 5)
+    assert bus.sent == []
+
+
+def test_a_frame_goes_out_within_the_wake_up_time_of_its_event():
+    bus = Bus()
+    serve(bus, [Node(1, deadline_ns=4 * MS)], 9 * MS, wake_ns=MS // 5)
+    assert bus.sent == [(4 * MS + MS // 5, Frame(0x081, bytes(8)))]
 
 
 def test_time_never_runs_backwards_when_a_frame_comes_with_an_old_stamp():

@@ -67,12 +67,27 @@ def test_a_lower_identifier_overtakes_what_waits_but_not_what_is_on_the_wire(tal
     assert log == [(65_000, 0x701), (200_000, 0x081), (335_000, 0x7FF)]
 
 
-def test_a_node_sends_its_own_frames_in_their_order(talker):
+def test_a_node_offers_its_lowest_identifier_first(talker):
     chatty = talker(1, (0, Frame(0x701)), (0, Frame(0x081)))
     network, log = network_of(chatty, talker(2, (0, Frame(0x702))))
     while network.run_until(FAR_NS) is not None:
         pass
-    assert [can_id for _, can_id in log] == [0x701, 0x081, 0x702]
+    assert [can_id for _, can_id in log] == [0x081, 0x701, 0x702]
+
+
+def test_a_nodes_frames_of_one_identifier_keep_their_order(talker):
+    segments = [Frame(0x581, bytes([k])) for k in (3, 1, 2)]
+    network, _ = network_of(talker(1, *((0, segment) for segment in segments)))
+    arrivals = [network.run_until(FAR_NS) for _ in segments]
+    assert [arrival.frame for arrival in arrivals] == segments
+
+
+def test_a_frame_that_is_ready_later_holds_nothing_back(talker):
+    network, log = network_of(talker(1, (0, Frame(0x581)), (0, Frame(0x181))))
+    network.submit(Frame(0x080))
+    while network.run_until(FAR_NS) is not None:
+        pass
+    assert [can_id for _, can_id in log] == [0x080, 0x181, 0x581]
 
 
 def test_what_becomes_ready_the_instant_the_wire_is_idle_takes_part(talker):

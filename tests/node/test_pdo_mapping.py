@@ -50,7 +50,7 @@ def test_a_tpdo_is_remapped_while_the_node_is_operational(operational):
         ("10 00 64 60", "41 00 04 06"),  # 6064 has 32 bits, not 16
         ("10 00 03 00", "41 00 04 06"),  # a dummy: for RPDOs only
         ("10 00 FF 5F", "00 00 02 06"),  # no such object
-        ("10 05 00 21", "11 00 09 06"),  # no such sub-index
+        ("10 05 00 21", "00 00 02 06"),  # no such sub-index
     ],
 )
 def test_what_a_tpdo_cannot_carry_is_refused(bench, entry, abort):

@@ -16,7 +16,7 @@ N = THESIS.gear_ratio
 MS = 1_000_000
 
 schedules = st.lists(
-    st.tuples(st.integers(0, 2), st.floats(-0.4, 0.4), st.integers(50_000, 8 * MS)), min_size=1, max_size=8
+    st.tuples(st.integers(0, 2), st.floats(-0.25, 0.25), st.integers(50_000, 4 * MS)), min_size=1, max_size=8
 )
 
 
@@ -32,7 +32,7 @@ def reference(lag: float, schedule: list[tuple[int, float, int]]) -> np.ndarray:
         demand[axis] = torque
         if lag == 0.0:
             state[4 + axis] = torque
-        path = solve_ivp(rates, (0.0, duration_ns * 1e-9), state, method="DOP853", rtol=1e-11, atol=1e-13)
+        path = solve_ivp(rates, (0.0, duration_ns * 1e-9), state, method="DOP853", rtol=1e-11, atol=1e-13, max_step=5e-4)
         state = path.y[:, -1]
     return state
 

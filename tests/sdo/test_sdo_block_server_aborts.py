@@ -258,6 +258,9 @@ likely = st.tuples(heads, st.integers(0, 4), st.integers(0, 4), st.just(0), st.i
 
 @given(st.lists(likely | st.binary(min_size=8, max_size=8) | st.binary(max_size=9) | st.none(), max_size=60))
 @example([b"\xc0" + 7 * Z, *[bytes((n % 4 + 1,)) + 7 * Z for n in range(60)]])
+@example(
+    [b"\xc0" + 7 * Z, *[bytes((n % 4 + 1,)) + 7 * Z for n in range(7)], b"\x84" + 7 * Z, b"\xd9" + 7 * Z]
+)  # 50 bytes
 def test_any_requests_get_8_bytes_each_or_silence(requests):
     class Nothing:
         def read(self, _index, _subindex):
