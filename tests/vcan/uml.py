@@ -27,6 +27,7 @@ WANTED: Final = (  # in the order of their needs; what a kernel has built in has
 )
 MEMORY: Final = 1 << 30  # [byte], taken only as far as it is used
 COMPILER_LIMIT_S: Final = 60.0
+REAL_TIME: Final = ("chrt", "--fifo", "5")  # what runs in real time in the guest does so only if the guest itself does
 STATE_TOO_LARGE: Final = "ptrace set fp regs failed"  # what UML 6.1 says and dies: see xstate.c
 
 
@@ -61,6 +62,7 @@ class Uml:
     def command_line(self, folder: Path) -> Sequence[str]:
         """Returns the kernel's command line: its root the host's, its console what the start prints."""
         return (
+            *(REAL_TIME if _may(REAL_TIME) else ()),
             str(PROGRAM),
             f"mem={MEMORY}",
             *("root=/dev/root", "rootfstype=hostfs", "rootflags=/", "ro"),
@@ -79,6 +81,14 @@ class Uml:
             )
         panic = [line.strip() for line in console.splitlines() if "Kernel panic" in line]
         return f"linux.uml does not boot here: {panic[0] if panic else last_line(console)}"
+
+
+def _may(prefix: Sequence[str]) -> bool:
+    """Returns whether a command may be started with this prefix."""
+    if shutil.which(prefix[0]) is None:
+        return False
+    tried = subprocess.run([*prefix, "true"], capture_output=True, timeout=COMPILER_LIMIT_S, check=False)
+    return tried.returncode == 0
 
 
 def _memory_folder(folder: Path) -> str:
