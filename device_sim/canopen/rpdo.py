@@ -156,10 +156,8 @@ class Rpdo:
         if length != self._codec.size:
             too_short = length < self._codec.size
             complaint = EmergencyCode.PDO_TOO_SHORT if too_short else EmergencyCode.PDO_TOO_LONG
-        if complaint is self._complaint:
-            return
-        if self._complaint is not None:
+        if self._complaint is not None and complaint is not self._complaint:
             self._emergency.clear((self._complaint, self), at_ns)
         self._complaint = complaint
-        if complaint is not None:
+        if complaint is not None:  # told once: the emergencies know whether it was, and forget it with a reset
             self._emergency.report(complaint, at_ns, cause=(complaint, self))

@@ -96,8 +96,8 @@ class Modes:
             self.head_for_target(at_ns, effect_ns)
 
     def change(self, at_ns: int, effect_ns: int) -> None:
-        """6060 was written."""
-        if self._store.get(objects.MODE) != self._mode:
+        """6060 was written; 0 changes no mode."""
+        if self._store.get(objects.MODE) not in {OperationMode.NONE, self._mode}:
             self._load_mode()
             self.head_for_target(at_ns, effect_ns)
 
@@ -130,5 +130,5 @@ class Modes:
         self._store.set(self._mode, objects.MODE_DISPLAY)
 
     def _guard(self, subindex: int, value: int) -> None:
-        if value not in SUPPORTED:
+        if value not in SUPPORTED and value != OperationMode.NONE:
             raise SdoAbort(AbortCode.INVALID_VALUE, objects.MODE, subindex)

@@ -11,6 +11,8 @@ from torquerig.device_sim.plant.layout import (
     ALL,
     ANGLE,
     BREAKAWAY,
+    CAUTION,
+    CAUTIOUS,
     COULOMB,
     CROWD,
     DEMAND,
@@ -185,7 +187,8 @@ def advance(p: Floats, f: Floats, s: Floats, seen: Floats, duration: float) -> N
         else:
             change = max(abs(s[DEMAND] - s[TORQUE]), abs(s[DEMAND + 1] - s[TORQUE + 1]))
             change = max(change, abs(s[DEMAND + 2] - s[TORQUE + 2]))
-            spent, event = slide(p, f, s, min(duration, step_length(f[STEP], f[LAG], change)))
+            spent, event = slide(p, f, s, min(duration, s[CAUTION] * step_length(f[STEP], f[LAG], change)))
         s[EVENTS] = s[EVENTS] + 1.0 if event else 0.0
+        s[CAUTION] = CAUTIOUS if event else min(2.0 * s[CAUTION], 1.0)
         duration -= spent
     look(p, s, seen)

@@ -20,8 +20,9 @@ ANGLE: Final = 15  # theta of that joint [rad]
 STOPS: Final = 16  # times the machine ran into the edge of its workspace
 LEANING: Final = 17  # steps for which it still counts as leaning against the edge
 EVENTS: Final = 18  # changes of mode since the last whole step
-ROWS: Final = 19  # S where the machine rests, three rows of two [1/m]
-STATE: Final = 25
+CAUTION: Final = 19  # share of a whole step that the next one may take
+ROWS: Final = 20  # S where the machine rests, three rows of two [1/m]
+STATE: Final = 26
 
 # what is seen from outside
 THETA: Final = 0  # three [rad]
@@ -34,6 +35,10 @@ ALL: Final = 3
 
 CROWD: Final = 12.0
 """Events without a whole step between them, after which joints may only come to rest until a step is done."""
+
+CAUTIOUS: Final = 1.0 / 16.0
+"""Share of a whole step right after an event; it doubles from step to step. Events come in clusters, and one that a
+joint takes back before the step's end is not seen."""
 
 LEAN: Final = 100.0
 """Steps clear of the edge after which meeting it again is another stop, not the same lean."""

@@ -65,6 +65,7 @@ class PlanarManipulatorMachine:
         self._parameters = np.array([*friction.coulomb, *friction.breakaway, lag, step_ns * NANOSECOND])
         self._state = np.zeros(layout.STATE)
         self._state[layout.POSITION : layout.POSITION + 2] = position
+        self._state[layout.CAUTION] = 1.0
         self._seen = np.zeros(layout.SEEN)
         self._now_ns = start_ns
         if not inside(self._constants, tuple(self._state[: layout.TORQUE].tolist())):

@@ -32,7 +32,9 @@ def reference(lag: float, schedule: list[tuple[int, float, int]]) -> np.ndarray:
         demand[axis] = torque
         if lag == 0.0:
             state[4 + axis] = torque
-        path = solve_ivp(rates, (0.0, duration_ns * 1e-9), state, method="DOP853", rtol=1e-11, atol=1e-13, max_step=5e-4)
+        path = solve_ivp(
+            rates, (0.0, duration_ns * 1e-9), state, method="DOP853", rtol=1e-11, atol=1e-13, max_step=5e-4
+        )
         state = path.y[:, -1]
     return state
 

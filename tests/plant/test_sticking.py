@@ -92,7 +92,9 @@ def test_first_acceleration_is_the_convex_problems(
     Mt, _, _, S = THESIS.dynamics(position, (0.0, 0.0))
     root = np.linalg.cholesky(Mt)
     load = N * S.T @ (over * factor * tau_m)
-    dual = lsq_linear(np.linalg.solve(root, S.T), np.linalg.solve(root, load), (-np.array(limit), np.array(limit)), method="bvls")
+    dual = lsq_linear(
+        np.linalg.solve(root, S.T), np.linalg.solve(root, load), (-np.array(limit), np.array(limit)), method="bvls"
+    )
     expected = np.linalg.solve(Mt, load - S.T @ dual.x)
     assert machine.velocity / 1e-9 == pytest.approx(expected, rel=1e-6, abs=1e-6 * np.abs(expected).max())
 

@@ -31,6 +31,8 @@ COMMANDS: Final = {
     "stop": Entry("torquerig.cli.stop", "Bring all drives to zero torque and disable them."),
     "reset": Entry("torquerig.cli.reset", "Clear the drives' faults."),
     "sdo": Entry("torquerig.cli.sdo", "Read or write one object of a drive."),
+    "dbc": Entry("torquerig.cli.dbc", "Write a DBC of all frames on the rig's bus."),
+    "pcap": Entry("torquerig.cli.pcap", "Convert a record's bus.log into a pcap file for Wireshark."),
     "config": Entry("torquerig.cli.config", "Print the effective configuration, every value with its source."),
 }
 
