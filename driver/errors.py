@@ -18,7 +18,6 @@ Every message is one sentence that holds the datum and can be shown to a person 
 """
 
 
-
 class TorqueRigError(Exception):
     """Root of what torquerig raises for reasons outside the program."""
 

@@ -47,6 +47,7 @@ class PseudoTerminal:
         os.set_blocking(self._descriptor, False)
         self.host_end = os.ttyname(host)
         self.connected = False
+        self._used = False
         self._link = link
         tty.setraw(host)
         os.close(host)
@@ -67,11 +68,11 @@ class PseudoTerminal:
         except OSError as error:
             if error.errno != errno.EIO:
                 raise
-            if self.connected:
-                self._clear()
             self.connected = False
+            if self._used:
+                self._used = not self._clear()
             return b""
-        self.connected = True
+        self.connected = self._used = True
         return data
 
     def write(self, data: bytes | bytearray) -> int:
@@ -109,15 +110,16 @@ class PseudoTerminal:
             self._link.unlink()
         self._link.symlink_to(self.host_end)
 
-    def _clear(self) -> None:
-        """Make the host's end what it was."""
+    def _clear(self) -> bool:
+        """Make the host's end what it was; return False if it cannot be opened now."""
         try:
             host = os.open(self.host_end, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-        except OSError:  # somebody has it again already, and for himself alone (TIOCEXCL)
-            return
+        except OSError:  # whoever has it again already, has it for himself alone (TIOCEXCL)
+            return False
         try:
             fcntl.ioctl(host, termios.TIOCSETD, _TERMINALS_DISCIPLINE)
             termios.tcflush(host, termios.TCIOFLUSH)
             tty.setraw(host)
         finally:
             os.close(host)
+        return True

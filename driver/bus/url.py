@@ -3,12 +3,14 @@
 lockstep:           simulated time inside this process; needs nothing
 unix:FOLDER         real time between processes of this machine
 socketcan:vcan0     the kernel's CAN
+slcan-adapter:LINK  plays a serial CAN adapter itself; LINK becomes the serial port that a program or kernel opens
 INTERFACE:CHANNEL   any other interface of python-can; what it needs besides a channel and a bit rate stands in
                     python-can's own configuration (~/.canrc, CAN_CONFIG)
 """
 
 import difflib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import can
@@ -20,11 +22,13 @@ from torquerig.driver.bus.interface import Bus, Tap
 from torquerig.driver.bus.kernel_can import KernelCanBus
 from torquerig.driver.bus.lockstep import LockstepBus, SimulatedWire
 from torquerig.driver.bus.python_can import PythonCanBus
+from torquerig.driver.bus.slcan import SlcanBus
 from torquerig.driver.bus.socketcan import check_interface
 from torquerig.driver.bus.unix import UnixBus
 from torquerig.driver.errors import BusUrlError
 
 LOCKSTEP: Final = "lockstep"
+SLCAN_ADAPTER: Final = "slcan-adapter"
 _EXAMPLES: Final = "lockstep:, unix:FOLDER, socketcan:vcan0 or another of python-can's as INTERFACE:CHANNEL"
 
 
@@ -60,6 +64,8 @@ def open_bus(
                 f"{url!r} simulates inside one process, and there is nothing to simulate here: unix:FOLDER"
             )
         return LockstepBus(wire(), tap)
+    if interface == SLCAN_ADAPTER and channel:
+        return SlcanBus(Path(channel), bitrate=bitrate, tap=tap)
     opened = open_python_can(url, bitrate=bitrate)
     clock = RealClock(spin_ns)
     if isinstance(opened, SocketcanBus):
@@ -79,7 +85,7 @@ def open_python_can(url: str, *, bitrate: int) -> can.BusABC:
         BusError: The interface is down.
     """
     interface, _, channel = url.partition(":")
-    known = VALID_INTERFACES | {"unix"}
+    known = VALID_INTERFACES | {"unix", SLCAN_ADAPTER}
     if interface not in known:
         near = ", ".join(difflib.get_close_matches(interface, [LOCKSTEP, *sorted(known)], n=3))
         hint = f"did you mean {near}?" if near else _EXAMPLES

@@ -13,13 +13,24 @@ if TYPE_CHECKING:
     from torquerig.experiment import Outcome, run_experiment
     from torquerig.mechanism import Manipulator
     from torquerig.picture import draw
+    from torquerig.simulated_rig import SimulatedRig
     from torquerig.summary import Summary
 
-__all__ = ["Manipulator", "Outcome", "Summary", "draw", "load_configuration", "open_rig", "run_experiment"]
+__all__ = [
+    "Manipulator",
+    "Outcome",
+    "SimulatedRig",
+    "Summary",
+    "draw",
+    "load_configuration",
+    "open_rig",
+    "run_experiment",
+]
 
 _HOMES: Final = {
     "Manipulator": "torquerig.mechanism",
     "Outcome": "torquerig.experiment",
+    "SimulatedRig": "torquerig.simulated_rig",
     "Summary": "torquerig.summary",
     "draw": "torquerig.picture",
     "load_configuration": "torquerig.configuration",

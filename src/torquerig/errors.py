@@ -2,7 +2,8 @@
 
 ApplicationError
 ├── ConfigurationError (ValueError)   a key, value, file or option that cannot be used
-└── RecordError (OSError)             a record that cannot be written
+├── RecordError (OSError)             a record that cannot be written
+└── RigError (RuntimeError)           simulated drives that did not start, or are gone
 """
 
 
@@ -16,3 +17,7 @@ class ConfigurationError(ApplicationError, ValueError):
 
 class RecordError(ApplicationError, OSError):
     """A record that cannot be written; the message names the place."""
+
+
+class RigError(ApplicationError, RuntimeError):
+    """Simulated drives that did not start, or are gone; the message says why."""

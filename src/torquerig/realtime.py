@@ -4,7 +4,7 @@ The devices' time is the bus clock less an origin. It never runs ahead of a fram
 frames are taken by the times at which they were complete, so that no watchdog trips for want of a frame that is there.
 """
 
-from collections import Counter
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
@@ -22,6 +22,9 @@ WAKE_NS: Final = 200_000
 """A little more than a process takes to wake up. Events in the devices happen at their exact times however late they
 are computed, so those of this span are computed together; a frame that is ready within it goes out at once."""
 
+OUTSTANDING: Final = 512
+"""So many own frames at most are waited for: a bus that loses some must not make the memory grow."""
+
 
 class EchoFilter:
     """Tells own frames that a bus gives back from frames of others.
@@ -31,26 +34,32 @@ class EchoFilter:
 
     def __init__(self) -> None:
         """Know nothing yet."""
-        self._outstanding: Counter[Frame] = Counter()
+        self._outstanding: deque[Frame] = deque(maxlen=OUTSTANDING)
         self._decide_by_ns: int | None = None
         self._decided = False
         self._echoes = False
+
+    @property
+    def outstanding(self) -> int:
+        """How many own frames may still come back."""
+        return len(self._outstanding)
 
     def sent(self, frame: Frame, now_ns: int) -> None:
         """Take note of an own frame."""
         if self._decide_by_ns is None:
             self._decide_by_ns = now_ns + ECHO_PATIENCE_NS
         if self._echoes or not self._decided:
-            self._outstanding[frame] += 1
+            self._outstanding.append(frame)
 
     def is_echo(self, arrival: Arrival) -> bool:
         """Whether a frame that arrived is an own one that comes back."""
         if not self._decided and self._decide_by_ns is not None and arrival.at_ns > self._decide_by_ns:
             self._decided = True
             self._outstanding.clear()
-        if not self._outstanding[arrival.frame]:
+        try:
+            self._outstanding.remove(arrival.frame)
+        except ValueError:
             return False
-        self._outstanding[arrival.frame] -= 1
         self._echoes = self._decided = True
         return True
 
@@ -59,7 +68,7 @@ class RealTimeDevices:
     """Simulated devices as members of a bus.
 
     Attributes:
-        lost: Frames that the bus did not take, as when the link is down for a while.
+        lost: Frames that the bus did not take, as when the link is down for a while, or that found no room to wait.
     """
 
     def __init__(self, bus: Bus, devices: SimulatedDevices, wake_ns: int = WAKE_NS) -> None:
@@ -147,12 +156,18 @@ class RealTimeDevices:
     def _queue(self, emissions: list[Emission]) -> None:
         """Put what the devices want to send into their send queues."""
         for emission in emissions:
-            self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
+            self.lost += not self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
 
     def _send_ready(self) -> None:
-        """Send what is ready, by arbitration; the siblings of a sender hear it too."""
+        """Send what is ready, by arbitration; the siblings of a sender hear it too.
+
+        What they answer waits until the bus has been looked at: drives that answer each other for ever must not keep
+        the others from being heard.
+        """
         soon_ns = self._latest_ns + self._wake_ns
-        while self._queues.ready_ns() <= soon_ns:
+        for _ in range(len(self._queues)):
+            if self._queues.ready_ns() > soon_ns:
+                break
             waiting = self._queues.take(soon_ns)
             try:
                 self._bus.send(waiting.frame)

@@ -1,13 +1,14 @@
 """The simulated drives as a process of their own, in real time on any bus between processes."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
-from torquerig.assembly import build_simulation, nanoseconds
+from torquerig.assembly import Simulation, build_simulation, nanoseconds
 from torquerig.configuration import Configuration
 from torquerig.device_sim.plant import TruthLog
 from torquerig.driver.bus.url import LOCKSTEP, open_bus
@@ -21,6 +22,24 @@ from torquerig.truth import columns_of
 
 FOREVER_NS: Final = 1 << 62
 SPIN_NS: Final = 0  # a simulator that spins would take the processor from the controller it waits for
+_WITHIN_ONE_PROCESS: Final = {
+    LOCKSTEP: "no other process can join simulated time",
+    "virtual": "python-can's virtual bus ends where the process does",
+}
+
+
+class RunningDrives(NamedTuple):
+    """Simulated drives in real time.
+
+    Attributes:
+        simulation: The machine and the drives.
+        devices: The drives as members of the bus.
+        scheduling: How this process is scheduled, in words.
+    """
+
+    simulation: Simulation
+    devices: RealTimeDevices
+    scheduling: str
 
 
 @dataclass(slots=True)
@@ -43,16 +62,17 @@ class SimulatorRecord:
     epoch_ns: int = 0
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
 
-    def write(self, devices: RealTimeDevices) -> None:
+    def write(self, *, origin_ns: int, lost: int) -> None:
         """Write it.
 
         Args:
-            devices: What was simulated.
+            origin_ns: What the drives' time 0 is on the bus clock.
+            lost: How many of the drives' frames the bus did not take.
         """
         facts = {
             "started": self.started.isoformat(),
-            "time_zero_ns": devices.origin_ns + self.epoch_ns,
-            "lost_frames": devices.lost,
+            "time_zero_ns": origin_ns + self.epoch_ns,
+            "lost_frames": lost,
             "configuration": self.configuration.as_tables(),
         }
         write_run(self.place / RUN_FILE, facts)
@@ -73,14 +93,38 @@ def simulate(configuration: Configuration, *, record: Path | None, ready: Callab
         RecordError: The record's folder cannot be used.
         BusUrlError, BusError: The bus cannot be used, or is gone.
     """
+    with running_drives(configuration, record=record) as running:
+        ready(running.scheduling)
+        running.devices.serve(FOREVER_NS)
+
+
+@contextmanager
+def running_drives(
+    configuration: Configuration, *, record: Path | None, keep_truth: bool = False
+) -> Iterator[RunningDrives]:
+    """Put simulated drives on a bus, and at the end take them off it and write their record.
+
+    Args:
+        configuration: What to simulate, and on which bus.
+        record: A new or empty folder for the record.
+        keep_truth: Whether the machine keeps its log also when there is no record.
+
+    Yields:
+        The drives, about to be switched on: nothing happens but in `devices.serve`.
+
+    Raises:
+        ConfigurationError: Other processes cannot join this bus.
+        RecordError: The record's folder cannot be used.
+        BusUrlError, BusError: The bus cannot be used.
+    """
     settings = configuration.rig
-    if settings.bus.url.partition(":")[0] == LOCKSTEP:
+    if why := _WITHIN_ONE_PROCESS.get(settings.bus.url.partition(":")[0]):
         raise ConfigurationError(
-            f"bus.url = {settings.bus.url!r} cannot be for `sim`: no other process can join simulated time;"
-            " take unix:FOLDER"
+            f"bus.url = {settings.bus.url!r} cannot be for drives in a process of their own: {why}; take unix:FOLDER"
         )
-    keep = None if record is None else _begin_record(configuration, record)
-    simulation = build_simulation(settings, keep.truth if keep else None)
+    keep = None if record is None else begin_record(configuration, record)
+    truth = keep.truth if keep else truth_log(configuration) if keep_truth else None
+    simulation = build_simulation(settings, truth)
     bus = open_bus(
         settings.bus.url, bitrate=settings.bus.bitrate, tap=keep.bus_log.tap if keep else None, spin_ns=SPIN_NS
     )
@@ -89,16 +133,23 @@ def simulate(configuration: Configuration, *, record: Path | None, ready: Callab
     devices = RealTimeDevices(bus, simulation.devices)
     try:
         with frozen_heap(), real_time(settings.simulator.fifo_priority) as scheduling:
-            ready(scheduling)
-            devices.serve(FOREVER_NS)
+            yield RunningDrives(simulation, devices, scheduling)
     finally:
         with undisturbed():
             bus.close()
             if keep:
-                keep.write(devices)
+                keep.write(origin_ns=devices.origin_ns, lost=devices.lost)
 
 
-def _begin_record(configuration: Configuration, place: Path) -> SimulatorRecord:
-    """A record that is empty yet, its folder claimed."""
-    grid_ns = nanoseconds(configuration.rig.simulator.record_period)
-    return SimulatorRecord(claim(place), configuration, TruthLog(grid_ns=grid_ns))
+def begin_record(configuration: Configuration, place: Path) -> SimulatorRecord:
+    """A record that is empty yet, its folder claimed.
+
+    Raises:
+        RecordError: The folder cannot be used.
+    """
+    return SimulatorRecord(claim(place), configuration, truth_log(configuration))
+
+
+def truth_log(configuration: Configuration) -> TruthLog:
+    """A log of what the machine does, with a row every `simulator.record_period`."""
+    return TruthLog(grid_ns=nanoseconds(configuration.rig.simulator.record_period))

@@ -147,6 +147,13 @@ def test_ip_link_chooses_the_bit_rate_and_opens_and_closes_the_channel(bus: Slca
             await_true(lambda: bus.counts.get("wrong_bit_rate"), lambda: look(bus))
 
 
+def catches(pid: int, number: signal.Signals) -> bool:
+    """Whether the process has come so far that it handles the signal."""
+    lines = Path("/proc", str(pid), "status").read_text().splitlines()
+    caught = next(int(line.split()[1], 16) for line in lines if line.startswith("SigCgt:"))
+    return bool(caught >> (number - 1) & 1)
+
+
 def test_slcand_may_be_killed_and_started_again(bus: SlcanBus) -> None:
     slcand = program("slcand", "can-utils")
     for end in (signal.SIGKILL, signal.SIGTERM):
@@ -159,6 +166,7 @@ def test_slcand_may_be_killed_and_started_again(bus: SlcanBus) -> None:
                 assert take(bus, 1) == [FRAMES[1]]
                 bus.send(FRAMES[2])
                 assert content(host.recv(PATIENCE_S)) == FRAMES[2]
+            await_true(lambda: catches(daemon.pid, signal.SIGTERM), lambda: look(bus))
             daemon.send_signal(end)
         await_link("rig0", lambda: look(bus), there=False)
     await_true(lambda: bus.channel is Channel.CLOSED, lambda: look(bus))
