@@ -23,6 +23,9 @@ class Waiting(NamedTuple):
     frame: Frame
 
 
+ROOM: Final = 512
+"""So many frames may wait at a node: four times what it ever says at once, a block of 127 segments."""
+
 _PRECEDENCE: Final = itemgetter(0, 1)  # rank, then node_id
 
 
@@ -47,10 +50,20 @@ class SendQueues:
 
     def __init__(self) -> None:
         self._waiting: list[Waiting] = []
+        self._held: dict[int, int] = {}  # frames by node
 
-    def put(self, node_id: int, frame: Frame, ready_ns: int) -> None:
-        """Let a frame wait at a node."""
+    def __len__(self) -> int:
+        """Return how many frames wait, at all nodes together."""
+        return len(self._waiting)
+
+    def put(self, node_id: int, frame: Frame, ready_ns: int, *, room: int = ROOM) -> bool:
+        """Let a frame wait at a node, unless `room` frames do already; whether it does."""
+        held = self._held.get(node_id, 0)
+        if held >= room:
+            return False
+        self._held[node_id] = held + 1
         self._waiting.append(Waiting(rank_of(frame), node_id, ready_ns, frame))
+        return True
 
     def ready_ns(self) -> int:
         """Return when the first frame is ready [ns]; NEVER_NS if none waits."""
@@ -65,4 +78,5 @@ class SendQueues:
         ready = [waiting for waiting in self._waiting if waiting.ready_ns <= at_ns]
         winner = min(ready, key=_PRECEDENCE)  # the first of equals: they keep their order
         self._waiting.remove(winner)
+        self._held[winner.node_id] -= 1
         return winner

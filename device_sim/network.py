@@ -4,6 +4,7 @@ Time moves from one event to the next: a frame's end, or whatever the devices ha
 nothing that could still enter its arbitration lies before it, so the outcome never depends on how a caller slices time.
 """
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -27,12 +28,14 @@ class WireStatistics:
         bits: Their bits, stuffing at its worst and interframe space included.
         busy_ns: How long they took [ns].
         longest_wait_ns: The longest that a frame was ready before it could start [ns].
+        dropped: Frames for which there was no room at their node, because too many waited there.
     """
 
     frames: int = 0
     bits: int = 0
     busy_ns: int = 0
     longest_wait_ns: int = 0
+    dropped: int = 0
 
 
 class SimulatedNetwork:
@@ -69,11 +72,12 @@ class SimulatedNetwork:
         self._bits_sent = 0
         self._busy_ns = 0
         self._longest_wait_ns = 0
+        self._dropped = 0
 
     @property
     def statistics(self) -> WireStatistics:
         """What has passed so far; a frame on its way is not counted yet."""
-        return WireStatistics(self._frames, self._bits_sent, self._busy_ns, self._longest_wait_ns)
+        return WireStatistics(self._frames, self._bits_sent, self._busy_ns, self._longest_wait_ns, self._dropped)
 
     def now_ns(self) -> int:
         """Return the simulated time [ns]."""
@@ -88,8 +92,8 @@ class SimulatedNetwork:
         self._enqueue(self._devices.intervene(node_id, self._now_ns, act))
 
     def submit(self, frame: Frame) -> None:
-        """Put a frame into the master's send queue now."""
-        self._queues.put(MASTER, frame, self._now_ns)
+        """Put a frame into the master's send queue now; there it always finds room."""
+        self._queues.put(MASTER, frame, self._now_ns, room=sys.maxsize)
 
     def run_until(self, until_ns: int) -> Arrival | None:
         """Advance to the end of the first frame that a device sends, no later than `until_ns`.
@@ -152,7 +156,7 @@ class SimulatedNetwork:
 
     def _enqueue(self, emissions: list[Emission]) -> None:
         for emission in emissions:
-            self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
+            self._dropped += not self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
 
     def _duration_ns(self, bits: int) -> int:
         """Return how long bits take [ns], rounded up to whole nanoseconds."""

@@ -18,6 +18,8 @@ INHIBIT_TIME: Final = 0x1015
 CONSUMERS: Final = 0x1028
 INHIBIT_UNIT: Final = 100_000  # [ns] of the times 1015 and 18xx:3
 NO_INFORMATION: Final = bytes(emcy.MANUFACTURER_BYTES)
+WAITING: Final = 32
+"""So many emergencies at most wait for the inhibit time; then the oldest is dropped, for the newest says how it is."""
 
 
 class EmergencyProducer:
@@ -26,12 +28,16 @@ class EmergencyProducer:
     An error has a cause (any key, by default its code). Reported again while it is active, or with the code of another
     active cause, it is not told again.
     In NMT state stopped nothing is sent; the latest emergency follows when that state is left (CiA 301, 7.2.7.2).
+
+    Attributes:
+        dropped: Emergencies that were never told, because too many waited.
     """
 
-    __slots__ = ("_active", "_entries", "_may_send", "_node_id", "_queue", "_send", "_store", "_timer")
+    __slots__ = ("_active", "_entries", "_may_send", "_node_id", "_queue", "_send", "_store", "_timer", "dropped")
 
     def __init__(self, core: NodeCore, may_send: Callable[[], bool]) -> None:
         store = core.store
+        self.dropped = 0
         self._node_id = core.node_id
         self._store = store
         self._send = core.send
@@ -110,6 +116,9 @@ class EmergencyProducer:
         self._store.set(register, ERROR_REGISTER)
         if not self._may_send():
             self._queue.clear()
+        elif len(self._queue) == WAITING:
+            self._queue.popleft()
+            self.dropped += 1
         self._queue.append(Emergency(self._node_id, code, register, information))
         if self._may_send() and not self._timer.is_set:
             self._transmit(at_ns)

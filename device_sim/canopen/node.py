@@ -15,6 +15,7 @@ from torquerig.device_sim.canopen.error_control import ErrorControl
 from torquerig.device_sim.canopen.nmt import NmtSlave
 from torquerig.device_sim.canopen.object_store import ObjectStore
 from torquerig.device_sim.canopen.pdo import ProcessData
+from torquerig.device_sim.canopen.refusals import refusals_of
 from torquerig.device_sim.canopen.sdo_server import SdoServer
 from torquerig.device_sim.canopen.storage import Storage
 from torquerig.device_sim.canopen.sync import SyncConsumer
@@ -95,6 +96,7 @@ class CanopenNode:
         self._application = application(self)
         self._siblings = EmergencyConsumer(store, self._application.hear_emergency)
         self._error_control = ErrorControl(core, self.nmt, self.emergency, self._application, self._siblings)
+        self._refusals = refusals_of(self, self._sdo, self._error_control, self._siblings)
         pdo_objects = {entry.index for entry in store}.intersection(_PDO_OBJECTS)
         store.watch(self._reconfigured, syncs.COB_ID, heartbeats.CONSUMER_TIME, emergencies.CONSUMERS, *pdo_objects)
 
@@ -140,19 +142,8 @@ class CanopenNode:
         self._initialise(at_ns, cold=True)
 
     def counters(self) -> Mapping[str, int]:
-        """What was refused, ignored or malformed since the node was built."""
-        return {
-            "refused in the NMT state": self.refused,
-            "remote or extended": self.ignored + self._error_control.unanswered,
-            "NMT malformed": self.nmt.malformed,
-            "SDO malformed": self._sdo.malformed,
-            "SYNC of wrong length": self.sync.wrong_length,
-            "heartbeat malformed": self._error_control.consumer.malformed,
-            "emergency malformed": self._siblings.malformed,
-            "RPDO too short": sum(rpdo.too_short for rpdo in self.pdos.rpdos),
-            "RPDO too late": self.pdos.too_late,
-            "RPDO value refused": sum(rpdo.refused for rpdo in self.pdos.rpdos),
-        }
+        """What was refused, ignored or malformed since the node was built; object 2140."""
+        return self._refusals.counts()
 
     def nmt_state_changes(self, state: NmtState, at_ns: int) -> None:
         """The state is about to be entered."""

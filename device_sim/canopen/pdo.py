@@ -79,7 +79,9 @@ class ProcessData:
 
     def remotes(self) -> Mapping[int, Callable[[int], None]]:
         """Who answers a remote frame of which identifier."""
-        return {tpdo.parameters.cob_id: tpdo.remote for tpdo in self.tpdos if tpdo.active}
+        return {
+            tpdo.parameters.cob_id: tpdo.remote for tpdo in self.tpdos if tpdo.active and tpdo.parameters.remote_allowed
+        }
 
     def start(self, at_ns: int) -> None:
         """The node has become operational."""

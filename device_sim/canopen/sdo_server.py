@@ -50,6 +50,7 @@ class SdoServer:
         block_size: Segments in a block of a download; a change goes with the next acknowledgement.
         malformed: Requests that had not 8 bytes; they get no answer.
         skipped: Segments of blocks that were not taken: out of sequence, or after one that was.
+        refused: Requests that were answered with an abort.
         aborted: Transfers that the client aborted.
     """
 
@@ -79,6 +80,7 @@ class SdoServer:
         self.block_size = sdo_block.check_block_size(block_size)
         self.malformed = 0
         self.skipped = 0
+        self.refused = 0
         self.aborted = 0
         self._access = access
         self._size_of = size_of
@@ -116,6 +118,7 @@ class SdoServer:
             if isinstance(request, sdo_block.Segment) and isinstance(self._transfer, BlockDownload):
                 self._rest = RestOfBlock(request, self._transfer.receiver.block_size)
             self._transfer = None
+            self.refused += 1
             response = sdo.Abort(index, subindex, abort.code)
         return None if response is None else sdo_block.encode(response)
 

@@ -115,8 +115,6 @@ class Tpdo:
 
     def remote(self, at_ns: int) -> None:
         """Answer a remote frame: with the last SYNC's sample if the type is synchronous, else with a new one."""
-        if not self._running or not self.parameters.remote_allowed:
-            return
         if pdo.is_synchronous(self._type) and self._sampled is not None:
             self._send(Frame(self._cob_id, self._sampled), at_ns + self._ready_ns)
         else:
