@@ -13,7 +13,6 @@ from typing import Final
 import can
 
 from torquerig.driver.bus.interface import Clock, Tap
-from torquerig.driver.bus.messages import check_frame
 from torquerig.driver.bus.python_can import PythonCanBus
 from torquerig.driver.wire.frame import MAX_DATA_LENGTH, Arrival, Frame
 
@@ -45,24 +44,6 @@ class KernelCanBus(PythonCanBus):
         self._offset_until_ns = 0
         self._believe_offset(clock.now_ns())
 
-    def send(self, frame: Frame) -> None:
-        """Hand a frame to the kernel.
-
-        Raises:
-            BusError: It cannot be sent: the link is down or gone, the send queue is full, the bus is closed.
-            ValueError: It is not a classic CAN frame.
-        """
-        self._check_open()
-        check_frame(frame)
-        can_id = frame.can_id | (EXTENDED if frame.extended else 0) | (REMOTE if frame.remote else 0)
-        FRAME.pack_into(self._out, 0, can_id, len(frame.data), frame.data)
-        try:
-            self._socket.send(self._out)
-        except OSError as error:
-            raise self._failure("send", error) from error
-        if self._tap is not None:
-            self._tap(self._clock.now_ns(), frame)
-
     def receive(self, until_ns: int) -> Arrival | None:
         """Return the next frame, or None once `until_ns` has come; what waits already comes first.
 
@@ -85,6 +66,11 @@ class KernelCanBus(PythonCanBus):
                     select.select((self._socket,), (), (), left_ns / NS_PER_S)
             except OSError as error:
                 raise self._failure("receive", error) from error
+
+    def _put(self, frame: Frame) -> None:
+        can_id = frame.can_id | (EXTENDED if frame.extended else 0) | (REMOTE if frame.remote else 0)
+        FRAME.pack_into(self._out, 0, can_id, len(frame.data), frame.data)
+        self._socket.send(self._out)
 
     def _take(self) -> Arrival | None:
         """Return the next frame that waits in the socket; None when there is none. What is no frame is counted."""

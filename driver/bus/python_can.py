@@ -67,7 +67,7 @@ class PythonCanBus:
         self._clock.wait_until(due_ns)
 
     def send(self, frame: Frame) -> None:
-        """Hand a frame to python-can.
+        """Hand a frame to the interface.
 
         Raises:
             BusError: It cannot be sent: the link is down or gone, the send buffer is full, the bus is closed.
@@ -76,7 +76,7 @@ class PythonCanBus:
         self._check_open()
         check_frame(frame)
         try:
-            self._bus.send(message_of(frame))
+            self._put(frame)
         except (can.CanError, OSError) as error:
             raise self._failure("send", error) from error
         if self._tap is not None:
@@ -107,6 +107,9 @@ class PythonCanBus:
         """Shut the python-can bus down; may be called again."""
         self._closed = True
         self._bus.shutdown()
+
+    def _put(self, frame: Frame) -> None:
+        self._bus.send(message_of(frame))
 
     def _arrival(self, message: can.Message) -> Arrival:
         """Return the frame with its time on the monotonic clock, which is now if the message does not tell.
