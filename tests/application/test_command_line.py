@@ -89,7 +89,7 @@ def test_a_record_holds_the_picture_too(capsys, elsewhere):
         (("run", "--frob"), 2, "No such option"),
         (("frob",), 2, "No such command 'frob'"),
         (("sim", "--bus", "lockstep:"), 2, "no other process can join simulated time; take unix:FOLDER"),
-        (("sim",), 2, "Missing option '--bus'"),
+        (("sim",), 2, "give either --bus URL or --slcan LINK"),
         (("nodes", "--bus", "unix:empty"), 3, "no node answers on unix:empty"),
         (("stop", "--bus", "unix:empty"), 3, "no answer from drives 1, 2 and 3"),
         (("reset", "--bus", "unix:empty"), 3, "no answer from drives 1, 2 and 3"),
