@@ -11,7 +11,7 @@ from typing import Final
 from torquerig.driver.errors import DriveFault
 from torquerig.driver.master.axis import DISABLED_STATES
 from torquerig.driver.master.pump import MILLISECOND_NS, name_drives
-from torquerig.driver.master.sdo_jobs import Download, Job, Pause, SdoService, Upload
+from torquerig.driver.master.sdo_jobs import NUMBER_BYTES, Download, Job, Pause, SdoService, Upload
 from torquerig.driver.master.watch import describe_code
 from torquerig.driver.wire import emcy
 from torquerig.driver.wire.cia402 import FAULT_RESET, DriveState, decode_state
@@ -124,7 +124,7 @@ def describe_faults(faults: Sequence[Fault]) -> str:
 
 
 def _read_number(index: int, subindex: int = 0) -> Job[int]:
-    return int.from_bytes((yield Upload(index, subindex)), "little")
+    return int.from_bytes((yield Upload(index, subindex, NUMBER_BYTES)), "little")
 
 
 def _read_or_zero(index: int, subindex: int = 0) -> Job[int]:

@@ -8,7 +8,8 @@ from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
 from torquerig.driver.errors import ConfigurationMismatch, DriveError, EdsError
 from torquerig.driver.master.profile import ObjectAddress
-from torquerig.driver.master.sdo_jobs import Download, Job, Upload
+from torquerig.driver.master.sdo_client import MAX_BYTES
+from torquerig.driver.master.sdo_jobs import NUMBER_BYTES, Download, Job, Upload
 from torquerig.driver.wire.dictionary import find_variable, load_dictionary, struct_code
 from torquerig.driver.wire.pdo import PdoField, PdoLayout
 from torquerig.driver.wire.sdo import SdoAbort, describe
@@ -60,6 +61,10 @@ class DriveObjects:
     def title(self, index: int, subindex: int = 0) -> str:
         """The object in words: "1400:5 (RPDO1 communication parameter.Event timer)"."""
         return f"{ObjectAddress(index, subindex)} ({self._variable(index, subindex).qualname})"
+
+    def name(self, index: int, subindex: int = 0) -> str:
+        """What the EDS calls the object itself: "Event timer"."""
+        return str(self._variable(index, subindex).name)
 
     def encode(self, index: int, subindex: int, value: Value) -> bytes:
         """A value as the object's bytes.
@@ -114,8 +119,9 @@ class DriveObjects:
 
     def read(self, index: int, subindex: int = 0) -> Job[Value]:
         """A job: read one object."""
-        self._variable(index, subindex)
-        return self.decode(index, subindex, (yield Upload(index, subindex)))
+        is_number = self._variable(index, subindex).data_type not in _TEXTS | _BLOBS
+        longest = NUMBER_BYTES if is_number else MAX_BYTES
+        return self.decode(index, subindex, (yield Upload(index, subindex, longest)))
 
     def read_number(self, index: int, subindex: int = 0) -> Job[int]:
         """A job: read one object that holds a whole number."""

@@ -173,6 +173,7 @@ class DriveProfile:
         dummy_mapping: Whether data types can be mapped as fillers, so that drives can share one RPDO.
         homed_bit: Bit of the statusword that says the position was homed; None: the drive does not tell.
         homing_method: Value of 6098 for "the current position is home": 37, or 35 in older drives.
+        refusals: Object whose sub-indices count what the drive did not take from the bus; None: it does not count.
     """
 
     name: str
@@ -192,6 +193,7 @@ class DriveProfile:
     dummy_mapping: StrictBool = False
     homed_bit: Annotated[StrictInt, Field(ge=0, le=15)] | None = None
     homing_method: Literal[35, 37] = 37
+    refusals: Address | None = None
 
     def interpolation_period(self, period_ns: int) -> tuple[int, int]:
         """A period as 60C2 holds it: value (sub-index 1) and power of ten [s] (sub-index 2).

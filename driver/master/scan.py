@@ -7,13 +7,14 @@ from typing import Final
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import NoAnswer
 from torquerig.driver.master.pump import MILLISECOND_NS, SECOND_NS, Pump, heartbeat_cob
-from torquerig.driver.master.sdo_jobs import Job, Patience, Pause, SdoService, Upload
+from torquerig.driver.master.sdo_jobs import NUMBER_BYTES, Job, Patience, Pause, SdoService, Upload
 from torquerig.driver.wire import cob, nmt
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.nmt import NmtState
 from torquerig.driver.wire.sdo import SdoAbort
 
 _SPACING_NS: Final = MILLISECOND_NS // 2  # 127 questions at once would overflow a send queue; CAN's is often 10 frames
+_NAME_BYTES: Final = 1024  # far more than a table can show
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,11 @@ def scan(bus: Bus, *, answer_s: float = 0.2) -> list[ScannedNode]:
     Raises:
         BusError: The bus is gone.
     """
-    pump = Pump(bus)
+    return scan_with(Pump(bus), answer_s=answer_s)
+
+
+def scan_with(pump: Pump, *, answer_s: float = 0.2) -> list[ScannedNode]:
+    """As `scan`, with a pump that the caller keeps, and whose counts he may read."""
     states: dict[int, NmtState] = {}
     for node_id in cob.NODE_IDS:
         pump.handlers[heartbeat_cob(node_id)] = _listener(node_id, states)
@@ -104,13 +109,13 @@ def _ask(delay_ns: int) -> Job[Identity | None]:
 
 def _number(index: int, subindex: int = 0) -> Job[int | None]:
     try:
-        return int.from_bytes((yield Upload(index, subindex)), "little")
+        return int.from_bytes((yield Upload(index, subindex, NUMBER_BYTES)), "little")
     except SdoAbort:
         return None
 
 
 def _name() -> Job[str | None]:
     try:
-        return (yield Upload(0x1008)).decode("latin-1").rstrip("\0")
+        return (yield Upload(0x1008, max_bytes=_NAME_BYTES)).decode("latin-1").rstrip("\0")
     except SdoAbort:
         return None

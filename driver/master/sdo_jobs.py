@@ -16,20 +16,23 @@ from typing import Any, Final, TypeVar
 
 from torquerig.driver.errors import NoAnswer, TorqueRigError
 from torquerig.driver.master.pump import FAR_NS, MILLISECOND_NS, SECOND_NS, Pump, name_drives
-from torquerig.driver.master.sdo_client import SdoDownload, SdoUpload
+from torquerig.driver.master.sdo_client import MAX_BYTES, SdoDownload, SdoUpload
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sdo import SdoAbort
 
 T = TypeVar("T")
 
+NUMBER_BYTES: Final = 8  # no number has more
+
 
 @dataclass(frozen=True, slots=True)
 class Upload:
-    """Read an object; its bytes come back."""
+    """Read an object; its bytes come back, if they are not more than `max_bytes`: a server might never end."""
 
     index: int
     subindex: int = 0
+    max_bytes: int = MAX_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +175,7 @@ class SdoChannel:
     def _begin_transfer(self, now_ns: int) -> None:
         step = self._step
         if isinstance(step, Upload):
-            self._transfer = SdoUpload(step.index, step.subindex)
+            self._transfer = SdoUpload(step.index, step.subindex, max_bytes=step.max_bytes)
         elif isinstance(step, Download):
             self._transfer = SdoDownload(step.index, step.subindex, step.data)
         else:

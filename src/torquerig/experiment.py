@@ -1,9 +1,9 @@
 """One experiment: enable the drives, approach, run the motion, hold, disable; then the summary and the record."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from torquerig.configuration import Configuration
 from torquerig.control.log import LoopLog
 from torquerig.control.loop import Controller, Progress, run_loop
 from torquerig.control.reference import ReferenceTable
+from torquerig.driver.bus.interface import Bus
+from torquerig.driver.bus.python_can import PythonCanBus
 from torquerig.driver.master.group import AxisGroup, AxisSample
 from torquerig.garbage import no_collections
 from torquerig.mechanism import warm_up
@@ -135,14 +137,14 @@ def _drive(rig: Rig, results: Results, watcher: Watcher) -> LoopLog:
     rehearse(controller, motion)
     watcher.phase("configuring the drives")
     priority = 0 if rig.is_simulated else settings.loop.fifo_priority
-    with (
-        no_collections(),
-        real_time(priority) as scheduling,
-        AxisGroup(rig.bus, axes, group_settings(settings)) as group,
-    ):
-        if not rig.is_simulated:
-            results.notes.append(f"The loop ran under {scheduling}.")
-        return _move(group, controller, motion, results, watcher)
+    group = AxisGroup(rig.bus, axes, group_settings(settings))
+    try:
+        with no_collections(), real_time(priority) as scheduling, group:
+            if not rig.is_simulated:
+                results.notes.append(f"The loop ran under {scheduling}.")
+            return _move(group, controller, motion, results, watcher)
+    finally:
+        results.counters = driver_counters(rig.bus, group)
 
 
 def _move(
@@ -176,6 +178,14 @@ def _standing_position(group: AxisGroup, controller: Controller) -> tuple[float,
     group.command(np.zeros(3), sample.at_ns)
     x, y = controller.model.forward_kinematics(sample.q).tolist()
     return x, y
+
+
+def driver_counters(bus: Bus, group: AxisGroup) -> dict[str, dict[str, Any]]:
+    """What the driver counted: frames of no use, what became of the cycles, and what went wrong on the bus."""
+    counters = {"frames": asdict(group.pump_counts), "cycles": asdict(group.cycle_counts)}
+    if isinstance(bus, PythonCanBus):
+        counters["bus"] = bus.counts
+    return counters
 
 
 def rehearse(controller: Controller, table: ReferenceTable) -> None:

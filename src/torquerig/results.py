@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,7 @@ class Results:
         truth: What the simulated machine really did; None where nobody knows, or not yet.
         epoch_ns: What the bus clock's zero is since 1970; 0 in simulated time.
         started: When it began.
+        counters: What the driver counted.
     """
 
     configuration: Configuration
@@ -48,6 +50,7 @@ class Results:
     truth: TruthRows | None = None
     epoch_ns: int = 0
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    counters: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def true_positions(self) -> NDArray[np.float64] | None:
         """True positions when each of the log's rows was due, shape (rows, 2) [m]; None where nobody knows."""
@@ -82,6 +85,7 @@ class Results:
             "ended": how_it_ended,
             "time_zero_ns": self.epoch_ns,
             "notes": self.notes,
+            "counters": self.counters,
             "summary": summary and summary.as_json(),
             "configuration": self.configuration.as_tables(),
             "sources": {each.key: each.source for each in self.configuration.settings if each.source != DEFAULT},
