@@ -1,7 +1,8 @@
 """What the driver raises: one tree, whose leaves also inherit the builtin that fits.
 
     TorqueRigError
-    ├── BusError (OSError)                a frame cannot be sent, a link is gone, a socket is shut
+    ├── BusError (OSError)                a frame cannot be sent or received, the bus is closed
+    │   └── LinkLost                      the interface is down or gone
     ├── BusUrlError (ValueError)          a bus URL that names nothing that can be opened
     ├── EdsError (ValueError)             an EDS that cannot be read, or an object the EDS does not hold
     ├── ProfileError (ValueError)         a drive profile with an unknown, missing or impossible entry
@@ -23,7 +24,11 @@ class TorqueRigError(Exception):
 
 
 class BusError(TorqueRigError, OSError):
-    """A frame cannot be sent, or the link is gone."""
+    """A frame cannot be sent or received."""
+
+
+class LinkLost(BusError):
+    """The interface is down or gone."""
 
 
 class BusUrlError(TorqueRigError, ValueError):

@@ -10,18 +10,19 @@ import can
 from torquerig.driver.bus.interface import Clock, Tap
 from torquerig.driver.bus.messages import check_frame, flaw_of, frame_of, message_of
 from torquerig.driver.bus.unix import UnixBus
-from torquerig.driver.errors import BusError
+from torquerig.driver.errors import BusError, LinkLost
 from torquerig.driver.wire.frame import Arrival, Frame
 
 OLDEST_NS: Final = 60 * 10**9
 """A frame this old may have waited for a stalled process; an older stamp is a device's own clock, not the epoch."""
 
 _REASONS: Final = {
-    errno.ENETDOWN: "its link is down (sudo ip link set INTERFACE up)",
+    errno.ENETDOWN: "its link is down or gone (sudo ip link set INTERFACE up)",
     errno.ENXIO: "the interface is gone",
     errno.ENODEV: "the interface is gone",
     errno.ENOBUFS: "its send queue is full, as when nobody acknowledges frames: is a drive on, at this bit rate?",
 }
+_LINK_LOST: Final = frozenset({errno.ENETDOWN, errno.ENXIO, errno.ENODEV})
 
 
 class PythonCanBus:
@@ -132,4 +133,5 @@ class PythonCanBus:
     def _failure(self, verb: str, error: can.CanError | OSError) -> BusError:
         number = error.error_code if isinstance(error, can.CanError) else error.errno
         reason = _REASONS.get(number or 0) or str(error).splitlines()[0]
-        return BusError(f"cannot {verb} on the bus ({self._bus.channel_info}): {reason}")
+        kind = LinkLost if number in _LINK_LOST else BusError
+        return kind(f"cannot {verb} on the bus ({self._bus.channel_info}): {reason}")

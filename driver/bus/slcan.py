@@ -61,6 +61,11 @@ class SlcanBus:
         return self._terminal.host_end
 
     @property
+    def connected(self) -> bool:
+        """Whether a host had the port open when last looked."""
+        return self._terminal.connected
+
+    @property
     def channel(self) -> Channel:
         """What the host has the adapter do on the bus."""
         return self._adapter.channel

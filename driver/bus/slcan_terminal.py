@@ -119,6 +119,7 @@ class PseudoTerminal:
         try:
             fcntl.ioctl(host, termios.TIOCSETD, _TERMINALS_DISCIPLINE)
             termios.tcflush(host, termios.TCIOFLUSH)
+            termios.tcflush(self._descriptor, termios.TCIOFLUSH)  # and what the kernel has not brought there yet
             tty.setraw(host)
         finally:
             os.close(host)

@@ -6,7 +6,7 @@ from typing import Final
 
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import NoAnswer
-from torquerig.driver.master.pump import MILLISECOND_NS, SECOND_NS, Pump, heartbeat_cob
+from torquerig.driver.master.pump import MILLISECOND_NS, SECOND_NS, Pump, PumpCounts, heartbeat_cob
 from torquerig.driver.master.sdo_jobs import NUMBER_BYTES, Job, Patience, Pause, SdoService, Upload
 from torquerig.driver.wire import cob, nmt
 from torquerig.driver.wire.frame import Frame
@@ -72,7 +72,7 @@ def scan_with(pump: Pump, *, answer_s: float = 0.2) -> list[ScannedNode]:
     """As `scan`, with a pump that the caller keeps, and whose counts he may read."""
     states: dict[int, NmtState] = {}
     for node_id in cob.NODE_IDS:
-        pump.handlers[heartbeat_cob(node_id)] = _listener(node_id, states)
+        pump.handlers[heartbeat_cob(node_id)] = _listener(node_id, states, pump.counts)
     patience = Patience(answer_ns=round(answer_s * SECOND_NS), attempts=1)
     identities = SdoService(pump).run({node_id: _ask(node_id * _SPACING_NS) for node_id in cob.NODE_IDS}, patience)
     return [
@@ -82,10 +82,12 @@ def scan_with(pump: Pump, *, answer_s: float = 0.2) -> list[ScannedNode]:
     ]
 
 
-def _listener(node_id: int, states: dict[int, NmtState]) -> Callable[[int, bytes], None]:
+def _listener(node_id: int, states: dict[int, NmtState], counts: PumpCounts) -> Callable[[int, bytes], None]:
     def hear(_at_ns: int, data: bytes) -> None:
         heartbeat = nmt.decode_heartbeat(Frame(heartbeat_cob(node_id), data))
-        if heartbeat is not None:
+        if heartbeat is None:
+            counts.malformed += 1
+        else:
             states[node_id] = heartbeat.state
 
     return hear

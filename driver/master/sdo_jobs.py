@@ -17,7 +17,7 @@ from typing import Any, Final, TypeVar
 from torquerig.driver.errors import NoAnswer, TorqueRigError
 from torquerig.driver.master.pump import FAR_NS, MILLISECOND_NS, SECOND_NS, Pump, name_drives
 from torquerig.driver.master.sdo_client import MAX_BYTES, SdoDownload, SdoUpload
-from torquerig.driver.wire import cob
+from torquerig.driver.wire import cob, sdo
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sdo import SdoAbort
 
@@ -185,10 +185,11 @@ class SdoChannel:
         self._send(self._transfer.request)
 
     def _hear(self, at_ns: int, data: bytes) -> None:
-        transfer = self._transfer
+        transfer, counts = self._transfer, self._pump.counts
         if transfer is None:
-            self._pump.counts.unknown += 1
+            counts.unknown += 1
             return
+        ignored = transfer.ignored
         try:
             request = transfer.step(data)
         except SdoAbort as abort:
@@ -196,7 +197,10 @@ class SdoChannel:
                 self._send(transfer.farewell)
             self._resume(None, abort)
             return
-        if request is not None:
+        if transfer.ignored > ignored:
+            counts.unknown += len(data) == sdo.MESSAGE_LENGTH
+            counts.malformed += len(data) != sdo.MESSAGE_LENGTH
+        elif request is not None:
             self.due_ns = at_ns + self._patience.answer_ns
             self._send(request)
         elif transfer.done:

@@ -16,6 +16,7 @@ from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.nmt import NmtState
 
 _REMEMBERED: Final = 64  # emergencies kept for the report
+_TROUBLES: Final = 16  # more are not told: what came first is the cause
 
 
 class TroubleKind(Enum):
@@ -69,9 +70,13 @@ class Watch:
         pump.handlers[heartbeat_cob(master_id)] = self._master_handler(f"it sends our heartbeat, node-id {master_id}")
 
     def report(self, kind: TroubleKind, node_id: int, words: str) -> None:
-        """Note trouble, unless nobody is enabled."""
-        if self.armed:
-            self.troubles.append(Trouble(kind, node_id, words))
+        """Note trouble, unless nobody is enabled; each once, and no more than a person will read."""
+        if not self.armed:
+            return
+        trouble = Trouble(kind, node_id, words)
+        has_room = len(self.troubles) < _TROUBLES or kind is TroubleKind.MASTER
+        if has_room and trouble not in self.troubles:
+            self.troubles.append(trouble)
 
     def report_state(self, axis: Axis) -> None:
         """Note that a drive changed its state."""

@@ -1,5 +1,6 @@
 """The simulated drives as a process of their own, in real time on any bus between processes."""
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,10 +16,13 @@ from torquerig.driver.bus.url import LOCKSTEP, open_bus
 from torquerig.errors import ConfigurationError
 from torquerig.garbage import frozen_heap
 from torquerig.realtime import RealTimeDevices
-from torquerig.record import BUS_FILE, RUN_FILE, TRUTH_FILE, BusLog, channel_name, claim, write_run, write_table
+from torquerig.record import BUS_FILE, RUN_FILE, SIM, TRUTH_FILE, BusLog, channel_name, claim, write_run, write_table
+from torquerig.rejoining import RejoiningBus
 from torquerig.scheduling import real_time
 from torquerig.stopping import undisturbed
 from torquerig.truth import columns_of
+
+_log = logging.getLogger(__name__)
 
 FOREVER_NS: Final = 1 << 62
 SPIN_NS: Final = 0  # a simulator that spins would take the processor from the controller it waits for
@@ -70,6 +74,7 @@ class SimulatorRecord:
             lost: How many of the drives' frames the bus did not take.
         """
         facts = {
+            "kind": SIM,
             "started": self.started.isoformat(),
             "time_zero_ns": origin_ns + self.epoch_ns,
             "lost_frames": lost,
@@ -80,27 +85,34 @@ class SimulatorRecord:
         write_table(self.place / TRUTH_FILE, columns_of(self.truth.rows()))
 
 
-def simulate(configuration: Configuration, *, record: Path | None, ready: Callable[[str], None]) -> None:
-    """Be the simulated drives until something is raised: by a signal, or by the bus.
+def simulate(
+    configuration: Configuration, *, record: Path | None, ready: Callable[[str], None], tell: Callable[[str], None]
+) -> None:
+    """Be the simulated drives until something is raised by a signal. When the bus goes, they live on and wait for it.
 
     Args:
         configuration: What to simulate, and on which bus, which must not be `lockstep:`.
         record: A new or empty folder for the record.
         ready: Called once the drives are on the bus, with how the process is scheduled.
+        tell: Called with a sentence when the bus goes, and when it is back.
 
     Raises:
         ConfigurationError: Other processes cannot join this bus.
         RecordError: The record's folder cannot be used.
-        BusUrlError, BusError: The bus cannot be used, or is gone.
+        BusUrlError, BusError: The bus cannot be used.
     """
-    with running_drives(configuration, record=record) as running:
+    with running_drives(configuration, record=record, tell=tell) as running:
         ready(running.scheduling)
         running.devices.serve(FOREVER_NS)
 
 
 @contextmanager
 def running_drives(
-    configuration: Configuration, *, record: Path | None, keep_truth: bool = False
+    configuration: Configuration,
+    *,
+    record: Path | None,
+    keep_truth: bool = False,
+    tell: Callable[[str], None] = _log.warning,
 ) -> Iterator[RunningDrives]:
     """Put simulated drives on a bus, and at the end take them off it and write their record.
 
@@ -108,6 +120,7 @@ def running_drives(
         configuration: What to simulate, and on which bus.
         record: A new or empty folder for the record.
         keep_truth: Whether the machine keeps its log also when there is no record.
+        tell: As for `simulate`.
 
     Yields:
         The drives, about to be switched on: nothing happens but in `devices.serve`.
@@ -125,9 +138,8 @@ def running_drives(
     keep = None if record is None else begin_record(configuration, record)
     truth = keep.truth if keep else truth_log(configuration) if keep_truth else None
     simulation = build_simulation(settings, truth)
-    bus = open_bus(
-        settings.bus.url, bitrate=settings.bus.bitrate, tap=keep.bus_log.tap if keep else None, spin_ns=SPIN_NS
-    )
+    tap = keep.bus_log.tap if keep else None
+    bus = RejoiningBus(lambda: open_bus(settings.bus.url, bitrate=settings.bus.bitrate, tap=tap, spin_ns=SPIN_NS), tell)
     if keep:
         keep.epoch_ns = time.time_ns() - bus.now_ns()
     devices = RealTimeDevices(bus, simulation.devices)

@@ -102,7 +102,7 @@ def test_the_last_stretch_before_a_deadline_is_polled():
 @pytest.mark.parametrize(
     ("number", "words"),
     [
-        (errno.ENETDOWN, "its link is down"),
+        (errno.ENETDOWN, "its link is down or gone"),
         (errno.ENXIO, "the interface is gone"),
         (errno.ENODEV, "the interface is gone"),
         (errno.ENOBUFS, "its send queue is full"),

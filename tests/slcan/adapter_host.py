@@ -46,6 +46,14 @@ def look(bus: SlcanBus) -> Arrival | None:
     return bus.receive(bus.now_ns() + 2_000_000)
 
 
+def miss(bus: SlcanBus) -> None:
+    """Look until the bus has noticed that the host is gone: on a busy machine one look may be over before it began."""
+    until_ns = bus.now_ns() + PATIENCE_NS
+    while bus.connected:
+        assert look(bus) is None
+        assert bus.now_ns() < until_ns
+
+
 def take(bus: SlcanBus, count: int) -> list[Frame]:
     """Return the next frames, waiting for them."""
     arrivals = [bus.receive(bus.now_ns() + PATIENCE_NS) for _ in range(count)]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from adapter_host import Host, look, take
+from adapter_host import Host, look, miss, take
 
 from torquerig.driver.bus.slcan import BACKLOG, SlcanBus
 from torquerig.driver.errors import BusError, BusUrlError
@@ -138,7 +138,7 @@ class TestHost:
             settings[3] |= termios.ECHO | termios.ICANON
             termios.tcsetattr(host.descriptor, termios.TCSANOW, settings)
             host.leave()
-            assert look(bus) is None
+            miss(bus)
             bus.send(FRAME)
             host = Host(link)
             assert look(bus) is None
@@ -146,8 +146,21 @@ class TestHost:
             host.say(b"C\r")
             assert host.hear(1, lambda: look(bus)) == b"\r"
             host.leave()
-            assert look(bus) is None
+            miss(bus)
         assert bus.counts == {"unheard": 3}
+
+    def test_it_finds_nothing_of_the_much_that_one_before_did_not_read(self, bus: SlcanBus, link: Path) -> None:
+        host = Host(link)
+        host.say(OPEN + LINE)
+        assert take(bus, 1) == [FRAME]
+        for _ in range(1000):  # more than the terminal's line discipline takes from its driver
+            bus.send(FRAME)
+        host.leave()
+        miss(bus)
+        host = Host(link)
+        host.say(b"C\r")
+        assert host.hear(1, lambda: look(bus)) == b"\r"
+        host.leave()
 
     def test_what_it_said_before_it_went_is_heard(self, bus: SlcanBus, link: Path) -> None:
         host = Host(link)

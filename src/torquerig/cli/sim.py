@@ -44,6 +44,7 @@ def command(
                 f"simulated drives {node_ids} on {place()}, plant {rig.simulator.plant}, under {scheduling};"
                 " Ctrl-C ends them"
             ),
+            tell=click.echo,
         )
     except Stopped:
         if record_folder:
