@@ -11,74 +11,22 @@ from typing import Final
 
 from torquerig.driver.errors import ConfigurationMismatch, EnablingRefused
 from torquerig.driver.master.objects import DriveObjects
-from torquerig.driver.master.profile import DriveProfile, PdoMapping
-from torquerig.driver.master.pump import MILLISECOND_NS
+from torquerig.driver.master.process_data import (
+    ProcessData,
+    group_process_data,
+    own_process_data,
+    unused,
+)
+from torquerig.driver.master.profile import DriveProfile
 from torquerig.driver.master.sdo_jobs import Job
-from torquerig.driver.wire import cob, pdo
+from torquerig.driver.master.settings import LIFE_TIME_FACTOR, GroupSettings
+from torquerig.driver.wire import cob
 
 RPDO_COMMUNICATION: Final = 0x1400
 RPDO_MAPPING: Final = 0x1600
 TPDO_COMMUNICATION: Final = 0x1800
 TPDO_MAPPING: Final = 0x1A00
 EVENT_TIMER: Final = 5  # its sub-index in the communication parameters
-
-_LIFE_TIME_FACTOR: Final = 3
-_ROOMY_NS: Final = 2 * MILLISECOND_NS
-
-
-@dataclass(frozen=True, slots=True)
-class GroupSettings:
-    """What holds for all axes of a group.
-
-    Attributes:
-        period_ns: Cycle, from SYNC to SYNC [ns]; whole microseconds.
-        rpdo_type: Transmission type of the cyclic RPDO: 255 acts on reception, 1 at the next SYNC.
-        watchdog_periods: Periods without an RPDO after which a drive stops; as many SYNCs may a drive leave unanswered.
-        master_id: The master's own node-id.
-        heartbeat_ms: Drives send theirs this often [ms].
-        heartbeat_limit_ms: Who hears no heartbeat for so long stops [ms]; the master sends its own 2.5 times as often.
-        listening_ms: Silence of other masters demanded before the first frame is sent [ms].
-        settling_ms: The longest that one step of starting or enabling may take [ms].
-    """
-
-    period_ns: int = 4 * MILLISECOND_NS
-    rpdo_type: int = pdo.EVENT_PROFILE
-    watchdog_periods: int = 3
-    master_id: int = 127
-    heartbeat_ms: int = 50
-    heartbeat_limit_ms: int = 100
-    listening_ms: int = 120
-    settling_ms: int = 2000
-
-    def __post_init__(self) -> None:
-        cob.check_node_id(self.master_id)
-        if self.period_ns <= 0 or self.period_ns % 1000:
-            raise ValueError(f"a period is a positive number of whole microseconds, not {self.period_ns} ns")
-        if not pdo.allowed_for_rpdo(self.rpdo_type):
-            raise ValueError(f"an RPDO's transmission type is 0 to 240, 254 or 255, not {self.rpdo_type}")
-        for name in ("watchdog_periods", "heartbeat_ms", "heartbeat_limit_ms", "listening_ms", "settling_ms"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is to be positive, not {getattr(self, name)}")
-
-    @property
-    def rpdo_deadline_ms(self) -> int:
-        """Value of the RPDO's event timer: the watchdog's periods, rounded up to whole milliseconds."""
-        return -(-self.watchdog_periods * self.period_ns // MILLISECOND_NS)
-
-    @property
-    def has_room(self) -> bool:
-        """Whether slower TPDOs find room in a cycle: 745 bits are taken, theirs are 405 more, and 1 Mbit/s is usual."""
-        return self.period_ns >= _ROOMY_NS
-
-    @property
-    def guard_ms(self) -> int:
-        """Guard time (100C) of drives that are guarded: their patience is three of them."""
-        return self.heartbeat_limit_ms // _LIFE_TIME_FACTOR
-
-    @property
-    def master_heartbeat_ns(self) -> int:
-        """Time between the master's own heartbeats [ns]."""
-        return self.heartbeat_limit_ms * MILLISECOND_NS * 2 // 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +51,7 @@ class Setting:
 
 
 def settings_of(
-    objects: DriveObjects, profile: DriveProfile, group: GroupSettings, siblings: Sequence[int]
+    objects: DriveObjects, profile: DriveProfile, group: GroupSettings, siblings: Sequence[int], slot: int = 0
 ) -> tuple[Setting, ...]:
     """All settings of one drive, in the order in which they are written.
 
@@ -112,18 +60,24 @@ def settings_of(
         profile: Its make.
         group: What holds for all.
         siblings: Node-ids of the other drives of the group.
+        slot: The drive's place in the group.
 
     Raises:
-        ProfileError: The drive cannot keep the period.
+        ProfileError: The drive cannot keep the period, or share an RPDO.
         EdsError: A PDO maps what the EDS does not hold.
     """
+    if group.group_rpdo:
+        data = group_process_data(objects, profile, group.rpdo_type, slot, len(siblings) + 1)
+    else:
+        data = own_process_data(objects, profile, group.rpdo_type, slow_tpdos=group.has_room)
     return (
         *(Setting(*each.object, each.value) for each in profile.first),
         *_rated(profile),
         *_sync(objects, group),
         *_supervision(objects, profile, group, siblings),
         *_operation(objects, profile, group),
-        *_process_data(objects, profile, group),
+        *_rpdos(objects, profile, group, data),
+        *_tpdos(objects, data),
     )
 
 
@@ -208,7 +162,7 @@ def _supervision(
     if watchdogs.guarding:
         yield Setting(0x1017, 0, 0)  # guarding works only while there is no heartbeat
         yield Setting(0x100C, 0, group.guard_ms, watchdog=True)
-        yield Setting(0x100D, 0, _LIFE_TIME_FACTOR, watchdog=True)
+        yield Setting(0x100D, 0, LIFE_TIME_FACTOR, watchdog=True)
     if watchdogs.emergency:
         for subindex in sorted({*objects.subindices(0x1028), *siblings}):  # the node-id (CiA 301, object 1028)
             wanted = cob.EMCY + subindex if subindex in siblings else cob.INVALID
@@ -246,36 +200,39 @@ def _operation(objects: DriveObjects, profile: DriveProfile, group: GroupSetting
     yield Setting(0x6060, 0, profile.mode)
 
 
-def _process_data(objects: DriveObjects, profile: DriveProfile, group: GroupSettings) -> Iterator[Setting]:
-    node_id = objects.node_id
-    used = {mapping.number: mapping for mapping in (profile.tpdos if group.has_room else profile.tpdos[:1])}
-    for number in cob.RPDO:
-        parameters = RPDO_COMMUNICATION + number - 1
-        if number == profile.rpdo.number:
-            yield Setting(parameters, 1, cob.RPDO[number] + node_id | cob.INVALID)
-            yield Setting(parameters, 2, group.rpdo_type)
-            if profile.watchdogs.rpdo_timer:
-                yield Setting(parameters, EVENT_TIMER, group.rpdo_deadline_ms, watchdog=True)
-            yield from _mapping(objects, RPDO_MAPPING + number - 1, profile.rpdo)
-            yield Setting(parameters, 1, cob.RPDO[number] + node_id, watchdog=True)
-        elif objects.holds(parameters, 1):
-            yield Setting(parameters, 1, cob.RPDO[number] + node_id | cob.INVALID)
-    for number in cob.TPDO:
-        parameters = TPDO_COMMUNICATION + number - 1
-        if number in used:
-            yield Setting(parameters, 1, cob.TPDO[number] + node_id | cob.INVALID, ignore=cob.NO_RTR)
-            yield Setting(parameters, 2, used[number].transmission)
-            for subindex in (3, EVENT_TIMER):  # inhibit time and event timer: SYNC alone asks
-                if objects.holds(parameters, subindex):
-                    yield Setting(parameters, subindex, 0)
-            yield from _mapping(objects, TPDO_MAPPING + number - 1, used[number])
-            yield Setting(parameters, 1, cob.TPDO[number] + node_id, ignore=cob.NO_RTR)
-        elif objects.holds(parameters, 1):
-            yield Setting(parameters, 1, cob.TPDO[number] + node_id | cob.INVALID, ignore=cob.NO_RTR)
+def _rpdos(objects: DriveObjects, profile: DriveProfile, group: GroupSettings, data: ProcessData) -> Iterator[Setting]:
+    for each in data.rpdos:
+        parameters = RPDO_COMMUNICATION + each.number - 1
+        yield Setting(parameters, 1, each.cob_id | cob.INVALID)
+        yield Setting(parameters, 2, each.transmission)
+        if not each.watched:
+            yield Setting(parameters, EVENT_TIMER, 0)
+        elif profile.watchdogs.rpdo_timer:
+            yield Setting(parameters, EVENT_TIMER, group.rpdo_deadline_ms, watchdog=True)
+        yield from _mapping(RPDO_MAPPING + each.number - 1, each.entries)
+        yield Setting(parameters, 1, each.cob_id, watchdog=True)
+    for number in unused(data.rpdos):
+        if objects.holds(RPDO_COMMUNICATION + number - 1, 1):
+            yield Setting(RPDO_COMMUNICATION + number - 1, 1, cob.RPDO[number] + objects.node_id | cob.INVALID)
 
 
-def _mapping(objects: DriveObjects, index: int, mapping: PdoMapping) -> Iterator[Setting]:
-    entries = objects.layout(mapping.objects).mapping
+def _tpdos(objects: DriveObjects, data: ProcessData) -> Iterator[Setting]:
+    for each in data.tpdos:
+        parameters = TPDO_COMMUNICATION + each.number - 1
+        yield Setting(parameters, 1, each.cob_id | cob.INVALID, ignore=cob.NO_RTR)
+        yield Setting(parameters, 2, each.transmission)
+        for subindex in (3, EVENT_TIMER):  # inhibit time and event timer: SYNC alone asks
+            if objects.holds(parameters, subindex):
+                yield Setting(parameters, subindex, 0)
+        yield from _mapping(TPDO_MAPPING + each.number - 1, each.entries)
+        yield Setting(parameters, 1, each.cob_id, ignore=cob.NO_RTR)
+    for number in unused(data.tpdos):
+        if objects.holds(TPDO_COMMUNICATION + number - 1, 1):
+            invalid = cob.TPDO[number] + objects.node_id | cob.INVALID
+            yield Setting(TPDO_COMMUNICATION + number - 1, 1, invalid, ignore=cob.NO_RTR)
+
+
+def _mapping(index: int, entries: Sequence[int]) -> Iterator[Setting]:
     yield Setting(index, 0, 0)
     for subindex, entry in enumerate(entries, start=1):
         yield Setting(index, subindex, entry)

@@ -4,7 +4,7 @@ A loop leads it through `sample` and `command`. Whenever no loop does (while dri
 stopped) it goes on by itself with zero torque, RPDOs half a period after SYNC, so that no watchdog trips meanwhile.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.driver.master.axis import Axis
-from torquerig.driver.master.pump import FAR_NS, Pump
+from torquerig.driver.master.pump import FAR_NS, Handler, Pump
 from torquerig.driver.master.watch import TroubleKind, Watch
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sync import SYNC_FRAME
@@ -90,7 +90,7 @@ class CyclicExchange:
         self._values = [[0] * len(axis.rpdo.fields) for axis in axes]
         self._zeros = (0,) * len(axes)
         for place, axis in enumerate(axes):
-            pump.handlers[axis.tpdo_cob] = self._tpdo_handler(place, axis)
+            self._listen(place, axis)
         pump.add_timed(self)
 
     @property
@@ -158,12 +158,7 @@ class CyclicExchange:
             ValueError: A torque does not fit its object; then nothing was sent.
             BusError: The bus is gone.
         """
-        frames = []
-        for axis, values, torque in zip(self._axes, self._values, counts, strict=True):
-            at_controlword, at_torque = axis.rpdo_places
-            values[at_controlword] = axis.controlword
-            values[at_torque] = torque
-            frames.append(Frame(axis.rpdo_cob, axis.rpdo.pack(values)))
+        frames = self._frames(counts)
         self._rpdo_ns = self._pump.now_ns()
         for frame in frames:
             self._pump.send(frame)
@@ -207,7 +202,21 @@ class CyclicExchange:
     def _plan(self) -> None:
         self.due_ns = min(self._next_sync_ns, self._next_rpdo_ns)
 
-    def _tpdo_handler(self, place: int, axis: Axis) -> Callable[[int, bytes], None]:
+    def _frames(self, counts: Sequence[int]) -> list[Frame]:
+        """The RPDOs that give every axis its controlword and torque; ValueError when a torque does not fit."""
+        frames = []
+        for axis, values, torque in zip(self._axes, self._values, counts, strict=True):
+            at_controlword, at_torque = axis.rpdo_places
+            values[at_controlword] = axis.controlword
+            values[at_torque] = torque
+            frames.append(Frame(axis.rpdo_cob, axis.rpdo.pack(values)))
+        return frames
+
+    def _listen(self, place: int, axis: Axis) -> None:
+        """Have the axis' process data handed to us."""
+        self._pump.handlers[axis.tpdo_cob] = self._tpdo_handler(place, axis)
+
+    def _tpdo_handler(self, place: int, axis: Axis) -> Handler:
         unpack_from, size = axis.tpdo.codec.unpack_from, axis.tpdo.size
         at_statusword, at_position, at_torque = axis.tpdo_places
         pump_counts, watch = self._pump.counts, self._watch
@@ -221,10 +230,14 @@ class CyclicExchange:
             self._torques[place] = values[at_torque]
             if axis.hear(values[at_statusword]):
                 watch.report_state(axis)
-            if not self._open:
-                self.counts.late += 1
-            elif not self._answered[place]:
-                self._answered[place] = True
-                self._unanswered -= 1
+            self._note_answer(place)
 
         return hear
+
+    def _note_answer(self, place: int) -> None:
+        """Note that an axis has answered this cycle's SYNC."""
+        if not self._open:
+            self.counts.late += 1
+        elif not self._answered[place]:
+            self._answered[place] = True
+            self._unanswered -= 1

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import EnablingRefused, TorqueRigError
 from torquerig.driver.master.axis import Axis
-from torquerig.driver.master.configuration import GroupSettings
 from torquerig.driver.master.exchange import CycleCounts, RawSample
 from torquerig.driver.master.homing import home_axes
 from torquerig.driver.master.objects import Value
 from torquerig.driver.master.pump import SECOND_NS, PumpCounts
 from torquerig.driver.master.scale import AxisScale, AxisSettings
 from torquerig.driver.master.session import DriveSession
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.wire.emcy import Emergency
 
 _ATTEMPTS_TO_LEAVE = 3  # a person who presses Ctrl-C again must not keep the drives from being disabled

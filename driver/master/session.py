@@ -16,7 +16,6 @@ from torquerig.driver.errors import (
 )
 from torquerig.driver.master.axis import DISABLED_STATES, Axis, state_words
 from torquerig.driver.master.configuration import (
-    GroupSettings,
     Setting,
     check_identity,
     configure,
@@ -26,9 +25,11 @@ from torquerig.driver.master.configuration import (
 )
 from torquerig.driver.master.exchange import CyclicExchange
 from torquerig.driver.master.faults import Fault, clear_old_faults, describe_faults, disable, read_fault
+from torquerig.driver.master.group_exchange import GroupExchange
 from torquerig.driver.master.pump import MILLISECOND_NS, GuardPoller, HeartbeatProducer, Pump, Timed, name_drives
 from torquerig.driver.master.scale import AxisSettings, axis_scale
 from torquerig.driver.master.sdo_jobs import BRIEF, GENTLE, Job, SdoService
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.watch import TroubleKind, Watch, tell
 from torquerig.driver.wire import nmt
 from torquerig.driver.wire.cia402 import DriveState, decode_state
@@ -70,14 +71,19 @@ class DriveSession:
         self.pump = Pump(bus)
         self.service = SdoService(self.pump)
         self.watch = Watch(self.pump, self.axes, settings.master_id)
-        self.exchange = CyclicExchange(self.pump, self.axes, self.watch, settings.period_ns, settings.watchdog_periods)
+        kind = GroupExchange if settings.group_rpdo else CyclicExchange
+        self.exchange = kind(self.pump, self.axes, self.watch, settings.period_ns, settings.watchdog_periods)
         self._producers: list[Timed] = []
         self._commands = False
         self._plans: dict[int, tuple[Setting, ...]] = {
             axis.node_id: settings_of(
-                axis.objects, axis.settings.profile, settings, [other for other in node_ids if other != axis.node_id]
+                axis.objects,
+                axis.settings.profile,
+                settings,
+                [other for other in node_ids if other != axis.node_id],
+                slot,
             )
-            for axis in self.axes
+            for slot, axis in enumerate(self.axes)
         }
 
     def open(self) -> None:
@@ -140,8 +146,8 @@ class DriveSession:
         return self.pump.serve(self.pump.now_ns() + patience_ns, done)
 
     def refresh(self) -> None:
-        """Let two cycles pass, so that every statusword and position is a new one."""
-        self.pump.serve(self.pump.now_ns() + 2 * self.settings.period_ns)
+        """Let so much time pass that every statusword and position is a new one."""
+        self.pump.serve(self.pump.now_ns() + self.settings.period_ns + self.settings.status_ns)
 
     def verify_watchdogs(self) -> None:
         """See that every watchdog of every drive is armed.

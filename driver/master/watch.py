@@ -65,9 +65,9 @@ class Watch:
             pump.handlers[heartbeat_cob(axis.node_id)] = self._heartbeat_handler(axis)
             for mapping in axis.settings.profile.tpdos[1:]:
                 pump.handlers[cob.TPDO[mapping.number] + axis.node_id] = self._monitor_handler(axis, mapping)
-            pump.handlers[axis.rpdo_cob] = self._master_handler(f"it commands drive {axis.node_id}")
-        pump.handlers[cob.SYNC] = self._master_handler("it sends SYNC")
-        pump.handlers[heartbeat_cob(master_id)] = self._master_handler(f"it sends our heartbeat, node-id {master_id}")
+            pump.handlers[axis.rpdo_cob] = self.master_handler(f"it commands drive {axis.node_id}")
+        pump.handlers[cob.SYNC] = self.master_handler("it sends SYNC")
+        pump.handlers[heartbeat_cob(master_id)] = self.master_handler(f"it sends our heartbeat, node-id {master_id}")
 
     def report(self, kind: TroubleKind, node_id: int, words: str) -> None:
         """Note trouble, unless nobody is enabled; each once, and no more than a person will read."""
@@ -123,7 +123,9 @@ class Watch:
 
         return hear
 
-    def _master_handler(self, words: str) -> Callable[[int, bytes], None]:
+    def master_handler(self, words: str) -> Callable[[int, bytes], None]:
+        """Who takes a frame that only a master sends, and says how it was heard."""
+
         def hear(_at_ns: int, _data: bytes) -> None:
             self.foreign = words
             self.report(TroubleKind.MASTER, 0, words)

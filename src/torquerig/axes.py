@@ -5,7 +5,7 @@ from typing import Final
 
 from torquerig.building import manipulator, period_ns
 from torquerig.configuration import DEFAULT, Configuration
-from torquerig.driver.master.configuration import GroupSettings
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.profile import DEFAULT_PROFILE, DriveProfile, load_profile
 from torquerig.driver.master.scale import AxisSettings
 from torquerig.schema import Axis, Rig
@@ -46,6 +46,7 @@ def group_settings(rig: Rig) -> GroupSettings:
     return GroupSettings(
         period_ns=period_ns(rig),
         rpdo_type=rig.loop.rpdo_type,
+        group_rpdo=rig.loop.group_rpdo,
         watchdog_periods=rig.master.watchdog_periods,
         master_id=rig.master.node_id,
         heartbeat_ms=_milliseconds(rig.master.heartbeat),

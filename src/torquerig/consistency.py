@@ -1,17 +1,14 @@
 """What one key alone cannot tell: values that must fit each other, and names that must exist."""
 
 from collections.abc import Callable, Iterator
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
+from torquerig.busload import HIGHEST_LOAD, SHORT_TPDO_BYTES, TPDO_BYTES, Plan, budget
 from torquerig.complaints import suggestion
 from torquerig.control.laws import load_laws
 from torquerig.control.profile import TrapezoidalAcceleration
-from torquerig.driver.wire.frame import worst_case_bits
 from torquerig.schema import Rig
 
-TPDO_BYTES: Final = 8  # statusword, position, actual torque
-RPDO_BYTES: Final = 4  # controlword, target torque
-HIGHEST_LOAD: Final = 0.8
 
 
 class Problem(NamedTuple):
@@ -67,14 +64,16 @@ def _timing(rig: Rig) -> Iterator[Problem]:
 def _load(rig: Rig) -> Iterator[Problem]:
     """Cycles that the bus cannot carry beside heartbeats and SDOs."""
     drives = len(rig.axes.legs)
-    bits = worst_case_bits(0) + drives * (worst_case_bits(TPDO_BYTES) + worst_case_bits(RPDO_BYTES))
-    load = bits * rig.loop.rate_hz / rig.bus.bitrate
-    if load > HIGHEST_LOAD:
+    shared = rig.loop.group_rpdo
+    rpdos = "one RPDO" if shared else f"{drives} RPDOs"
+    tpdo_bytes = SHORT_TPDO_BYTES if shared else TPDO_BYTES
+    taken = budget(Plan(drives, rig.loop.rate_hz, rig.bus.bitrate, tpdo_bytes=tpdo_bytes, group_rpdo=shared))
+    if not taken.fits:
         yield Problem(
             "loop.rate_hz",
-            f"loop.rate_hz = {rig.loop.rate_hz:g} cannot be: SYNC, {drives} TPDOs and {drives} RPDOs a cycle would load"
-            f" bus.bitrate = {rig.bus.bitrate} to {100 * load:.0f} %; at most"
-            f" {HIGHEST_LOAD * rig.bus.bitrate / bits:.0f} Hz ({100 * HIGHEST_LOAD:.0f} %) leave room for the rest",
+            f"loop.rate_hz = {rig.loop.rate_hz:g} cannot be: SYNC, {drives} TPDOs and {rpdos} a cycle would load"
+            f" bus.bitrate = {rig.bus.bitrate} to {100 * taken.cyclic_load:.0f} %; at most"
+            f" {taken.fastest_hz:.0f} Hz ({100 * HIGHEST_LOAD:.0f} %) leave room for the rest",
         )
 
 

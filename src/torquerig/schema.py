@@ -42,6 +42,7 @@ class Loop(Table):
     rate_hz: Annotated[float, Field(ge=1, le=4000)]
     command_after: Literal["auto", "computed"] | Annotated[float, Field(ge=0, le=1000)]
     rpdo_type: Literal[1, 255]
+    group_rpdo: bool
     repeat: Annotated[int, Field(ge=1, le=1000)]
     estimator: Literal["backward-difference", "moving-window"]
     window: Annotated[int, Field(ge=1, le=1000)]

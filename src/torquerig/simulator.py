@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from torquerig.assembly import Simulation, build_simulation, nanoseconds
+from torquerig.assembly import Build, Simulation, build_simulation, nanoseconds
 from torquerig.configuration import Configuration
 from torquerig.device_sim.plant import TruthLog
 from torquerig.driver.bus.url import LOCKSTEP, open_bus
@@ -86,7 +86,12 @@ class SimulatorRecord:
 
 
 def simulate(
-    configuration: Configuration, *, record: Path | None, ready: Callable[[str], None], tell: Callable[[str], None]
+    configuration: Configuration,
+    *,
+    record: Path | None,
+    ready: Callable[[str], None],
+    tell: Callable[[str], None],
+    build: Build = build_simulation,
 ) -> None:
     """Be the simulated drives until something is raised by a signal. When the bus goes, they live on and wait for it.
 
@@ -95,13 +100,14 @@ def simulate(
         record: A new or empty folder for the record.
         ready: Called once the drives are on the bus, with how the process is scheduled.
         tell: Called with a sentence when the bus goes, and when it is back.
+        build: Builds what is simulated.
 
     Raises:
         ConfigurationError: Other processes cannot join this bus.
         RecordError: The record's folder cannot be used.
         BusUrlError, BusError: The bus cannot be used.
     """
-    with running_drives(configuration, record=record, tell=tell) as running:
+    with running_drives(configuration, record=record, tell=tell, build=build) as running:
         ready(running.scheduling)
         running.devices.serve(FOREVER_NS)
 
@@ -113,6 +119,7 @@ def running_drives(
     record: Path | None,
     keep_truth: bool = False,
     tell: Callable[[str], None] = _log.warning,
+    build: Build = build_simulation,
 ) -> Iterator[RunningDrives]:
     """Put simulated drives on a bus, and at the end take them off it and write their record.
 
@@ -121,6 +128,7 @@ def running_drives(
         record: A new or empty folder for the record.
         keep_truth: Whether the machine keeps its log also when there is no record.
         tell: As for `simulate`.
+        build: Builds what is simulated.
 
     Yields:
         The drives, about to be switched on: nothing happens but in `devices.serve`.
@@ -137,7 +145,7 @@ def running_drives(
         )
     keep = None if record is None else begin_record(configuration, record)
     truth = keep.truth if keep else truth_log(configuration) if keep_truth else None
-    simulation = build_simulation(settings, truth)
+    simulation = build(settings, truth)
     tap = keep.bus_log.tap if keep else None
     bus = RejoiningBus(lambda: open_bus(settings.bus.url, bitrate=settings.bus.bitrate, tap=tap, spin_ns=SPIN_NS), tell)
     if keep:
@@ -145,7 +153,7 @@ def running_drives(
     devices = RealTimeDevices(bus, simulation.devices)
     try:
         with frozen_heap(), real_time(settings.simulator.fifo_priority) as scheduling:
-            yield RunningDrives(simulation, devices, scheduling)
+            yield RunningDrives(simulation, devices, str(scheduling))
     finally:
         with undisturbed():
             bus.close()

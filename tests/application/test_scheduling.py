@@ -2,27 +2,45 @@
 
 import gc
 import os
+from pathlib import Path
 
 import pytest
 
 from torquerig.garbage import frozen_heap, no_collections
-from torquerig.scheduling import real_time
+from torquerig.scheduling import RealTimeSetup, Step, real_time
 
 
 def test_priority_zero_asks_for_nothing():
     before = os.sched_getscheduler(0)
-    with real_time(0) as words:
+    with real_time(0) as setup:
         assert os.sched_getscheduler(0) == before
-    assert words == "ordinary scheduling"
+    assert str(setup) == "ordinary scheduling"
+
+
+def slack_ns():
+    """The timer slack of this process [ns], as the kernel tells it."""
+    return int(Path("/proc/self/timerslack_ns").read_text())
+
+
+def locked_kib():
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("VmLck:")[2].split()[0])
 
 
 def test_what_is_got_is_told_and_given_back():
     before = os.sched_getscheduler(0)
-    with real_time(5) as words:
+    usual_ns = slack_ns()
+    with real_time(5) as setup:
+        fifo, memory, slack = setup.steps
         is_fifo = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
-        assert words == ("SCHED_FIFO, priority 5" if is_fifo else words)
-        assert is_fifo or "SCHED_FIFO is refused" in words
+        assert fifo.done == is_fifo
+        assert memory.done == (locked_kib() > 0)
+        assert slack.done
+        assert is_fifo or slack_ns() == 1  # the kernel shows none for real-time threads
+        assert ("SCHED_FIFO, priority 5" in str(setup)) == is_fifo
     assert os.sched_getscheduler(0) == before
+    assert locked_kib() == 0
+    assert slack_ns() == usual_ns
 
 
 def test_a_refusal_is_told_and_not_fatal(monkeypatch):
@@ -32,9 +50,14 @@ def test_a_refusal_is_told_and_not_fatal(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(os, "sched_setscheduler", refuse)
         context = real_time(5)
-        words = context.__enter__()
+        setup = context.__enter__()
     context.__exit__(None, None, None)
-    assert words == "ordinary scheduling, because SCHED_FIFO is refused (Operation not permitted)"
+    assert not setup.steps[0].done
+    assert "refused: SCHED_FIFO (CAP_SYS_NICE or an rtprio limit allows it) (Operation not permitted)" in str(setup)
+
+
+def test_without_any_of_it_scheduling_is_ordinary():
+    assert str(RealTimeSetup((Step("it", done=False, words="why"),))) == "ordinary scheduling; refused: it (why)"
 
 
 @pytest.mark.parametrize("enabled", [True, False])

@@ -26,7 +26,7 @@ from torquerig.driver.bus.lockstep import LockstepBus
 from torquerig.driver.errors import TorqueRigError
 from torquerig.driver.master import objects as objects_module
 from torquerig.driver.master import session as session_module
-from torquerig.driver.master.configuration import GroupSettings
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.profile import FirstWrite, TorqueReference, Watchdogs, load_profile
 from torquerig.driver.master.profile import parse_address as _address

@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from torquerig.driver.errors import ConfigurationMismatch, EdsError, ProfileError
-from torquerig.driver.master.configuration import GroupSettings, settings_of
+from torquerig.driver.master.configuration import settings_of
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.objects import DriveObjects
 from torquerig.driver.master.profile import load_profile
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.wire.dictionary import DRIVE_EDS
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sdo import AbortCode

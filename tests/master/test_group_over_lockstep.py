@@ -14,18 +14,18 @@ from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine
 from torquerig.driver.bus.lockstep import LockstepBus
-from torquerig.driver.errors import ConfigurationMismatch, DriveFault, NoAnswer
-from torquerig.driver.master.configuration import GroupSettings
+from torquerig.driver.errors import ConfigurationMismatch, DriveFault, NoAnswer, ProfileError, SecondMaster
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.profile import load_profile
 from torquerig.driver.master.scale import AxisSettings
 from torquerig.driver.master.scan import scan
 from torquerig.driver.master.sdo_jobs import Download
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.stop import reset, stop
 from torquerig.driver.wire import emcy
 from torquerig.driver.wire.cia402 import DriveState
 from torquerig.driver.wire.dictionary import DRIVE_EDS
-from torquerig.driver.wire.frame import Frame
+from torquerig.driver.wire.frame import Frame, worst_case_bits
 from torquerig.driver.wire.nmt import NmtState
 from torquerig.mechanism import Manipulator
 
@@ -276,3 +276,77 @@ def test_stop_by_another_program_ends_a_run(rig):
     assert stop(rig.bus, rig.axes) == [f"drive {node_id} is in 'switch on disabled'" for node_id in (1, 2, 3)]
     with pytest.raises(DriveFault, match=r"went to 'switch on disabled'|left NMT operational"):
         run_incomplete(group, 10)
+
+
+class TestGroupRpdo:
+    """One frame for all torques, TPDO1 with the position alone."""
+
+    SETTINGS = GroupSettings(group_rpdo=True)
+
+    def test_a_cycle_has_five_frames_and_455_bits(self, rig):
+        with rig.group(self.SETTINGS) as group:
+            group.home()
+            group.enable()
+            run(group, 5)
+            start = group.now_ns()
+            run(group, 100)
+            frames = rig.since(start)
+        syncs = [place for place, frame in enumerate(frames) if frame.can_id == 0x080][
+            1:101
+        ]  # the first one is led by nobody
+        cycle_ids = (0x080, 0x181, 0x182, 0x183, 0x200)
+        cycles = [frame for frame in frames[syncs[0] : syncs[-1]] if frame.can_id in cycle_ids]
+        rest = {frame.can_id for frame in frames[syncs[0] : syncs[-1]]} - set(cycle_ids)
+        assert [frame.can_id for frame in cycles] == list(cycle_ids) * 99
+        assert sum(worst_case_bits(len(frame.data)) for frame in cycles) == 99 * 455
+        assert rest <= {*range(0x201, 0x204), *range(0x281, 0x284), *range(0x701, 0x780)}
+        assert len([frame for frame in frames[syncs[0] : syncs[-1]] if frame.can_id == 0x281]) in {9, 10}
+
+    def test_every_drive_takes_its_own_slot(self, rig):
+        with rig.group(self.SETTINGS) as group:
+            group.home()
+            group.enable()
+            run(group, 20, np.array([0.01, -0.02, 0.03]))
+            targets = [drive.store.get(0x2071) for drive in rig.drives]
+            reported = group.sample(group.now_ns() + PERIOD).torque
+        assert targets == [201, -402, 603]
+        assert reported == pytest.approx([0.01, -0.02, 0.03], rel=0.05)
+
+    def test_the_drives_go_where_they_go_with_rpdos_of_their_own(self, rig):
+        with rig.group(self.SETTINGS) as group:
+            group.home()
+            group.enable()
+            run(group, 25)
+            assert group.sample(group.now_ns() + PERIOD).q[0] - HOME[0] > 0.01
+        assert all(drive.state is DriveState.SWITCH_ON_DISABLED for drive in rig.drives)
+
+    def test_without_the_group_rpdo_the_drives_stop_by_its_watchdog(self, rig):
+        group = rig.group(self.SETTINGS).__enter__()
+        group.home()
+        group.enable()
+        run(group, 25)
+        rig.bus.wait_until(group.now_ns() + 13 * MS)
+        assert {drive.store.get(0x603F) for drive in rig.drives} <= {0x8250, 0x8700}
+        assert all(drive.state is DriveState.FAULT for drive in rig.drives)
+
+    def test_torques_that_do_not_fit_are_not_sent(self, rig):
+        with rig.group(self.SETTINGS) as group:
+            group.home()
+            group.enable()
+            start = group.now_ns()
+            with pytest.raises(ValueError, match="16 bits"):
+                group.command_raw([0, 0, 40_000], start)
+            assert not [frame for frame in rig.since(start) if frame.can_id == 0x200]
+
+    def test_somebody_else_who_sends_it_is_a_second_master(self, rig):
+        group = rig.group(self.SETTINGS).__enter__()
+        group.home()
+        group.enable()
+        group._session.pump.handlers[0x200](group.now_ns(), bytes(6))
+        with pytest.raises(SecondMaster, match="it commands all drives"):
+            run(group, 1)
+
+    def test_a_make_without_fillers_cannot_share(self, rig):
+        rig.axes[1] = replace(rig.axes[1], profile=replace(load_profile(), dummy_mapping=False))
+        with pytest.raises(ProfileError, match=r"drive 2 .* cannot share an RPDO"):
+            rig.group(self.SETTINGS)

@@ -33,6 +33,7 @@ COMMANDS: Final = {
     "sdo": Entry("torquerig.cli.sdo", "Read or write one object of a drive."),
     "dbc": Entry("torquerig.cli.dbc", "Write a DBC of all frames on the rig's bus."),
     "pcap": Entry("torquerig.cli.pcap", "Convert a record's bus.log into a pcap file for Wireshark."),
+    "busload": Entry("torquerig.cli.busload", "Tell what fits on a bus: drives, PDOs, rate and bit rate."),
     "config": Entry("torquerig.cli.config", "Print the effective configuration, every value with its source."),
 }
 
