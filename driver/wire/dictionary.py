@@ -1,6 +1,7 @@
 """The object dictionary out of an EDS (CiA 306), by the canopen library's reader."""
 
 from configparser import Error as ParserError
+from functools import lru_cache
 from io import StringIO
 from pathlib import Path
 from typing import Final
@@ -13,6 +14,8 @@ from torquerig.driver.errors import EdsError
 from torquerig.driver.wire import cob
 
 DRIVE_EDS: Final = Path(__file__).parent.parent / "data" / "torquerig-drive.eds"
+
+_REMEMBERED: Final = 64  # dictionaries: half of all nodes that a bus can have
 
 _STRUCT_CODES: Final = {
     datatypes.BOOLEAN: "?",
@@ -32,6 +35,8 @@ _STRUCT_CODES: Final = {
 def load_dictionary(path: Path, node_id: int) -> canopen.ObjectDictionary:
     """The object dictionary in an EDS or DCF, its $NODEID defaults worked out.
 
+    Whoever asks for the same content again gets the same object, which is not to be changed: reading one takes 50 ms.
+
     Args:
         path: The file.
         node_id: Node-id, 1 to 127.
@@ -48,11 +53,17 @@ def load_dictionary(path: Path, node_id: int) -> canopen.ObjectDictionary:
     if "[DeviceInfo]" not in text:
         raise EdsError(f"{path} is no EDS: it has no section DeviceInfo")
     try:
-        dictionary: canopen.ObjectDictionary = import_eds(StringIO(text), node_id)  # type: ignore[no-untyped-call]
+        dictionary = _import(text, node_id)
     except (ParserError, ValueError, KeyError) as error:
         raise EdsError(f"{path} is no EDS: {str(error).splitlines()[0]}") from error
     if not dictionary.indices:
         raise EdsError(f"{path} is no EDS: it holds no object")
+    return dictionary
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _import(text: str, node_id: int) -> canopen.ObjectDictionary:
+    dictionary: canopen.ObjectDictionary = import_eds(StringIO(text), node_id)  # type: ignore[no-untyped-call]
     return dictionary
 
 

@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Sequence
 from functools import cache
 from typing import Final
-from unittest.mock import patch
 
 from fuzz_frames import NODE_IDS
 from fuzz_judge import TorqueJudge, unaccounted
@@ -12,13 +11,11 @@ from fuzz_log import Timed
 from fuzz_memory import footprint
 
 from torquerig.device_sim.devices import Emission, SimulatedDevices
-from torquerig.device_sim.drive import drive as drive_module
 from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.machine import Machine
 from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.device_sim.plant.rotor import BareRotor, RotorParameters
 from torquerig.driver.wire import cob
-from torquerig.driver.wire.dictionary import load_dictionary
 from torquerig.driver.wire.frame import MAX_DATA_LENGTH, Frame
 
 LOUDEST: Final = 20_000  # frames of all in a session: what follows is a storm that teaches nothing more
@@ -29,8 +26,6 @@ LOOK: Final = 5_000  # frames from one look at the memory to the next
 _BIT_RATE: Final = 1_000_000
 _PATIENCE_NS: Final = 100_000_000  # for whatever a node answers
 ROTOR: Final = RotorParameters(inertia=2e-5, viscous=1e-4, coulomb=0.01, breakaway=0.012)
-
-cached_dictionary = cache(load_dictionary)  # the EDS is read once, not for every fuzzed session
 
 
 class JudgedMachine:
@@ -57,8 +52,7 @@ class JudgedDrive(SimulatedDrive):
 
     def __init__(self, node_id: int, axis: int, machine: JudgedMachine) -> None:
         self._machine = machine
-        with patch.object(drive_module, "load_dictionary", cached_dictionary):
-            super().__init__(node_id, axis, machine)
+        super().__init__(node_id, axis, machine)
         self._judge = TorqueJudge(self)
         machine.judges.append(self._judge)
 

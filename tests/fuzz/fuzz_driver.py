@@ -3,16 +3,14 @@
 stop reset group:home,enable,cycle,read,write,wait scan
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Final
-from unittest.mock import patch
 
 import numpy as np
-from fuzz_devices import ROTOR, JudgedDrive, JudgedMachine, cached_dictionary
+from fuzz_devices import ROTOR, JudgedDrive, JudgedMachine
 from fuzz_frames import NODE_IDS
 from fuzz_log import Timed
 from fuzz_memory import footprint
@@ -24,8 +22,6 @@ from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.device_sim.plant.rotor import BareRotor
 from torquerig.driver.bus.lockstep import LockstepBus
 from torquerig.driver.errors import TorqueRigError
-from torquerig.driver.master import objects as objects_module
-from torquerig.driver.master import session as session_module
 from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.profile import FirstWrite, TorqueReference, Watchdogs, load_profile
@@ -121,10 +117,9 @@ class Driver:
 
     def work(self, plan: Sequence[str]) -> None:
         """Do all that a plan says; an error of the driver's tree ends one action."""
-        with fast_dictionaries():
-            for word in plan:
-                self._mood()
-                self._do(word)
+        for word in plan:
+            self._mood()
+            self._do(word)
 
     def close(self) -> None:
         """Leave the bus."""
@@ -226,19 +221,6 @@ def replay(log: Sequence[Timed], plan: Sequence[str]) -> None:
         driver.work(plan)
     finally:
         driver.close()
-
-
-@contextmanager
-def fast_dictionaries() -> Iterator[None]:
-    """Read the EDS once for all sessions.
-
-    Yields:
-        Nothing.
-    """
-    with ExitStack() as stack:
-        for module in (session_module, objects_module):
-            stack.enter_context(patch.object(module, "load_dictionary", cached_dictionary))
-        yield
 
 
 def _told(error: TorqueRigError) -> str:
