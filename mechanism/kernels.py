@@ -29,7 +29,9 @@ K2: Final = 17  # viscous, passive joints
 GEAR: Final = 18
 BRANCH: Final = 19  # three elbow signs
 FACING: Final = 22  # three reference directions of theta [rad]
-PACKED: Final = 25
+DIRECT_COUNT: Final = 25  # how many direct singularities the working mode has
+DIRECT: Final = 26  # their places x1 y1 x2 y2 ... [m]: for each pair of legs up to two elbows, for each two poses
+PACKED: Final = 50
 
 OK: Final = 0
 OUT_OF_REACH: Final = 1  # + leg index 0, 1, 2

@@ -6,14 +6,12 @@ links relative to them. Positions, velocities and forces are in the plane of the
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import hypot
 from typing import Final, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from torquerig.mechanism import kernels, solvers
-from torquerig.mechanism.errors import ReachError, SingularPoseError
+from torquerig.mechanism import kernels, singularities, solvers
 from torquerig.mechanism.parameters import (
     LEGS,
     THESIS_DISTAL,
@@ -29,6 +27,7 @@ from torquerig.mechanism.parameters import (
     signs,
     vector,
 )
+from torquerig.mechanism.status import require_ok
 from torquerig.mechanism.values import Array, JointAngles, TaskDynamics
 
 HOME: Final[Point] = (0.092, 0.062)
@@ -73,6 +72,8 @@ class Manipulator:
         if len(set(self.bases)) != LEGS:
             raise ValueError(f"bases are {self.bases}: must be three different points")
         alpha, beta, gamma = self.inertia_constants()
+        branches = signs(self.branches)
+        direct = singularities.direct_singularities(self.bases, self.link_length, self.branches)
         packed = pack(
             {
                 kernels.BASES: np.ravel(self.bases).tolist(),
@@ -83,8 +84,10 @@ class Manipulator:
                 kernels.K1: self.active_viscous,
                 kernels.K2: self.passive_viscous,
                 kernels.GEAR: self.gear_ratio,
-                kernels.BRANCH: signs(self.branches),
+                kernels.BRANCH: branches,
                 kernels.FACING: facings(self.bases),
+                kernels.DIRECT_COUNT: float(len(direct)),
+                kernels.DIRECT: np.ravel(direct).tolist(),
             }
         )
         object.__setattr__(self, "_packed", packed)
@@ -107,6 +110,16 @@ class Manipulator:
     def packed(self) -> Array:
         """The constants as the compiled kernels take them, a copy, shape (kernels.PACKED,)."""
         return self._packed.copy()
+
+    @property
+    def constants(self) -> Array:
+        """The same without a copy, for kernels that are called in every cycle; nobody writes to it."""
+        return self._packed
+
+    @property
+    def direct_singularities(self) -> list[Point]:
+        """Where all three distal links stand in a line, in the working mode [m]; the thesis' machine: nowhere."""
+        return singularities.direct_singularities(self.bases, self.link_length, self.branches)
 
     def inertia_constants(self) -> tuple[Triple, Triple, Triple]:
         """alpha, beta, gamma of the three legs' links, without the actuators [kg·m²] (5.8, Table 5.2)."""
@@ -200,13 +213,21 @@ class Manipulator:
 
     def conditioning(self, position: npt.ArrayLike) -> float:
         """sigma_min / sigma_max of S: 1 the same in all directions, 0 at a singularity of any kind."""
-        try:
-            (ax, ay), (bx, by), (cx, cy) = self.jacobians(position)[1].tolist()
-        except SingularPoseError:
-            return 0.0
-        xx, xy, yy = ax * ax + bx * bx + cx * cx, ax * ay + bx * by + cx * cy, ay * ay + by * by + cy * cy
-        volume = hypot(ax * by - bx * ay, bx * cy - cx * by, cx * ay - ax * cy)  # sigma_min sigma_max, no cancellation
-        return float(2.0 * volume / (xx + yy + hypot(xx - yy, 2.0 * xy)))
+        x = vector(position, 2)
+        at_x, at_y = x.tolist()
+        status = kernels.reach_status(self._packed, at_x, at_y)
+        if status < kernels.SINGULAR_LEG:
+            self._require(status, x)
+        return singularities.conditioning(self._packed, at_x, at_y)
+
+    def singularity_distance(self, position: npt.ArrayLike) -> float:
+        """How far the end-effector may be moved, in any direction, before the machine is singular [m].
+
+        Singular is where a leg is stretched or folded, or all distal links stand in a line, in the working mode. The
+        distance is along a straight line; it is below 0 where a leg cannot reach.
+        """
+        x, y = vector(position, 2).tolist()
+        return singularities.singularity_distance(self._packed, x, y)
 
     def forward_dynamics(self, position: npt.ArrayLike, velocity: npt.ArrayLike, tau_m: npt.ArrayLike) -> Array:
         """The acceleration Mt^-1 (n S' tau_m - Ct v - Ft v), shape (2,) [m/s²]; no dry friction.
@@ -259,16 +280,5 @@ class Manipulator:
 
     def _require(self, status: int, position: Array) -> None:
         """Turns a kernel's status other than OK into the error that says why."""
-        if status == kernels.OK:
-            return
-        if status == kernels.SINGULAR:
-            raise SingularPoseError("the elbows do not determine the position: a direct singularity")
-        x, y = position.tolist()
-        leg = status - (kernels.OUT_OF_REACH if status < kernels.SINGULAR_LEG else kernels.SINGULAR_LEG)
-        r = hypot(x - self.bases[leg][0], y - self.bases[leg][1])
-        where = (
-            f"position ({x:g}, {y:g}) m: leg {leg + 1}, at distance {r:.6g} m with reach {2 * self.link_length:g} m,"
-        )
-        if status < kernels.SINGULAR_LEG:
-            raise ReachError(f"{where} cannot get there")
-        raise SingularPoseError(f"{where} is stretched or folded")
+        if status != kernels.OK:
+            require_ok(status, position, self.bases, self.link_length)

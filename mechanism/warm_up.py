@@ -15,3 +15,5 @@ def warm_up() -> None:
     machine.dynamics(HOME, rest)
     machine.distribute(HOME, rest)
     machine.task_velocity(HOME, (0.0, 0.0, 0.0))
+    machine.conditioning(HOME)
+    machine.singularity_distance(HOME)

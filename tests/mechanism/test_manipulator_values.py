@@ -26,6 +26,7 @@ CALLS = [
     ("task_viscous", (HOME,)),
     ("distribute", (HOME, A)),
     ("conditioning", (HOME,)),
+    ("singularity_distance", (HOME,)),
     ("forward_dynamics", (HOME, V, TAU)),
     ("inverse_dynamics", (HOME, V, A)),
     ("joint_inertia", (TAU,)),
@@ -84,6 +85,7 @@ def test_manipulator_is_frozen_equal_by_value_and_pickles() -> None:
 def test_packed_constants_are_a_copy() -> None:
     THESIS.packed[:] = 0.0
     assert THESIS.packed.any()
+    assert THESIS.constants.tolist() == THESIS.packed.tolist()
 
 
 @pytest.mark.parametrize(
