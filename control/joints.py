@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 class JointSample(Protocol):
-    """The joints at one instant: whatever has these four."""
+    """The joints at one instant: whatever has these five."""
 
     @property
     def at_ns(self) -> int:
@@ -27,6 +27,11 @@ class JointSample(Protocol):
     @property
     def complete(self) -> bool:
         """Whether all axes answered in time; what is missing repeats the sample before."""
+        ...
+
+    @property
+    def answered_ns(self) -> NDArray[np.float64] | None:
+        """When each axis answered, after `at_ns`, shape (3,) [ns]; NaN where it did not; None where nobody looked."""
         ...
 
 

@@ -1,15 +1,17 @@
 """Soft limits that stop the machine before its mechanics do, and the check of a whole reference before it moves."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.control.errors import LimitExceeded
 from torquerig.control.law import Desired, State
+from torquerig.control.limit_check import within
 from torquerig.control.reference import ReferenceTable
 from torquerig.mechanism import Manipulator
+from torquerig.mechanism.kernels import PACKED
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,11 +23,12 @@ class Limits:
     Attributes:
         x: Least and greatest x of the end-effector [m].
         y: Least and greatest y of the end-effector [m].
-        conditioning: Least sigma_min(S)/sigma_max(S); it falls to 0 at direct and inverse singularities.
+        conditioning: Least sigma_min(S)/sigma_max(S): how much weaker the weakest direction may be than the strongest.
         joint_speed: Greatest joint rate [rad/s].
         position_error: Greatest distance between desired and measured position [m].
         torque: Greatest torque that is commanded; more is cut to it [N·m at the motor].
         torque_stop: Greatest torque that a law may ask for; more stops the machine [N·m at the motor].
+        singularity_distance: Least straight-line distance of the end-effector to a singular pose [m].
     """
 
     x: tuple[float, float]
@@ -35,6 +38,14 @@ class Limits:
     position_error: float
     torque: float
     torque_stop: float
+    singularity_distance: float = 0.0
+    _bounds: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Lay the bounds out for `within`, and have it compiled now, not in the first cycle."""
+        place = (*self.x, *self.y, self.conditioning, self.singularity_distance)
+        object.__setattr__(self, "_bounds", np.array((*place, self.joint_speed, self.position_error), dtype=np.float64))
+        within(np.zeros(PACKED), self._bounds, *[math.nan] * 7)
 
     def check_state(self, model: Manipulator, state: State, desired: Desired) -> None:
         """Hold the measured state against the limits.
@@ -45,12 +56,16 @@ class Limits:
             desired: What the reference asks for now.
 
         Raises:
-            LimitExceeded: If it is outside the workspace, badly conditioned, too fast or too far from the reference.
+            LimitExceeded: If it is outside the workspace, badly conditioned, near a singular pose, too fast or too far
+                from the reference.
+            ReachError: If a leg cannot get there.
         """
-        self._check_place(model, state.position)
-        self._check_rates(state.qd)
         x, y = state.position.tolist()
         x_d, y_d = desired.position.tolist()
+        if within(model.constants, self._bounds, x, y, x_d, y_d, *state.qd.tolist()):
+            return
+        self._check_place(model, state.position)
+        self._check_rates(state.qd)
         error = math.hypot(x_d - x, y_d - y)
         if not error <= self.position_error:
             raise LimitExceeded("position error", "end-effector", error, self.position_error, "m")
@@ -88,20 +103,27 @@ class Limits:
             table: The table.
 
         Raises:
-            LimitExceeded: If a row leaves the workspace, is too badly conditioned or too fast for a joint.
+            LimitExceeded: If a row leaves the workspace, is too badly conditioned, too near a singular pose or too
+                fast for a joint.
+            ReachError: If a leg cannot get there.
         """
         for position, qd in zip(table.position, table.qd, strict=True):
-            self._check_place(model, position)
-            self._check_rates(qd)
+            x, y = position.tolist()
+            if not within(model.constants, self._bounds, x, y, x, y, *qd.tolist()):
+                self._check_place(model, position)
+                self._check_rates(qd)
 
     def _check_place(self, model: Manipulator, position: NDArray[np.float64]) -> None:
-        """Hold a position, shape (2,) [m], and its conditioning against the workspace."""
+        """Hold a position, shape (2,) [m], against the workspace and the singularities in it."""
         for axis, value, (low, high) in zip("xy", position.tolist(), (self.x, self.y), strict=True):
             if not low <= value <= high:
                 raise LimitExceeded("workspace", axis, value, low if value < low else high, "m")
         ratio = model.conditioning(position)
         if not ratio >= self.conditioning:
             raise LimitExceeded("conditioning", "S", ratio, self.conditioning, "")
+        distance = model.singularity_distance(position)
+        if not distance >= self.singularity_distance:
+            raise LimitExceeded("singularity distance", "end-effector", distance, self.singularity_distance, "m")
 
     def _check_rates(self, qd: NDArray[np.float64]) -> None:
         """Hold joint rates, shape (3,) [rad/s], against the joint speed."""

@@ -1,6 +1,6 @@
 """What a run leaves behind: one preallocated array a quantity, one row a cycle."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -18,10 +18,12 @@ class Quantity(NamedTuple):
     Attributes:
         unit: Its unit, "1" for flags and counts.
         parts: Names of a vector's parts; none for a number.
+        optional: Whether there are records that do not hold it yet; read back from them it is NaN.
     """
 
     unit: str
     parts: tuple[str, ...] = ()
+    optional: bool = False
 
 
 _JOINTS = ("1", "2", "3")
@@ -29,6 +31,8 @@ _PLANE = ("x", "y")
 Flags = Annotated[NDArray[np.bool_], Quantity("1")]
 Counts = Annotated[NDArray[np.int64], Quantity("1")]
 Times = Annotated[NDArray[np.int64], Quantity("ns")]
+LawTimes = Annotated[NDArray[np.float64], Quantity("ns", optional=True)]
+AnswerTimes = Annotated[NDArray[np.float64], Quantity("ns", _JOINTS, optional=True)]
 JointAngles = Annotated[NDArray[np.float64], Quantity("rad", _JOINTS)]
 JointRates = Annotated[NDArray[np.float64], Quantity("rad/s", _JOINTS)]
 Torques = Annotated[NDArray[np.float64], Quantity("N·m", _JOINTS)]
@@ -68,6 +72,8 @@ class LoopLog:
         sample_ns: When the sample was there, after the due time.
         command_ns: When the command had left, after the due time.
         work_ns: The cycle's own work by the stopwatch: estimator, kinematics, law, limits, log.
+        law_ns: The law's share of it: estimator, kinematics and law.
+        tpdo_ns: When each axis answered, after the sample's instant.
         q: Measured joint angles.
         qd: Estimated joint rates.
         position: Measured position of the end-effector.
@@ -94,6 +100,8 @@ class LoopLog:
     sample_ns: Times
     command_ns: Times
     work_ns: Times
+    law_ns: LawTimes
+    tpdo_ns: AnswerTimes
     q: JointAngles
     qd: JointRates
     position: Positions
@@ -124,6 +132,8 @@ class LoopLog:
             sample_ns=np.zeros(n, dtype=np.int64),
             command_ns=np.zeros(n, dtype=np.int64),
             work_ns=np.zeros(n, dtype=np.int64),
+            law_ns=np.full(n, np.nan),
+            tpdo_ns=np.full((n, 3), np.nan),
             q=np.full((n, 3), np.nan),
             qd=np.full((n, 3), np.nan),
             position=np.full((n, 2), np.nan),
@@ -149,6 +159,8 @@ class LoopLog:
         self.lateness_ns[k] = lateness_ns
         self.sample_ns[k] = sample_ns
         self.complete[k] = sample.complete
+        if sample.answered_ns is not None:
+            self.tpdo_ns[k] = sample.answered_ns
         self.q[k] = sample.q
         self.tau_actual[k] = sample.torque
         self.rows = k + 1
@@ -167,10 +179,56 @@ class LoopLog:
 
     def columns(self) -> Iterator[Column]:
         """Every quantity, part by part, the valid rows only, with its unit: a table as it may be written to a file."""
-        for column in fields(self):
-            for quantity in getattr(column.type, "__metadata__", ()):
-                values = getattr(self, column.name)[: self.rows]
-                if not quantity.parts:
-                    yield Column(column.name, quantity.unit, values)
-                for i, part in enumerate(quantity.parts):
-                    yield Column(f"{column.name}_{part}", quantity.unit, values[:, i])
+        for name, quantity in quantities().items():
+            values = getattr(self, name)[: self.rows]
+            if not quantity.parts:
+                yield Column(name, quantity.unit, values)
+            for i, part in enumerate(quantity.parts):
+                yield Column(f"{name}_{part}", quantity.unit, values[:, i])
+
+    @classmethod
+    def from_columns(cls, columns: Mapping[str, NDArray[Any]], *, start_ns: int, period_ns: int) -> Self:
+        """The log that gave these `columns`.
+
+        Args:
+            columns: Values by the column's name, shape (rows,) each; others than the log's are left alone.
+            start_ns: When the first cycle was due.
+            period_ns: Sampling period.
+
+        Returns:
+            The log, all its rows valid.
+
+        Raises:
+            KeyError: A column is missing that is not optional.
+        """
+        rows = len(columns["due_ns"])
+        unknown = dict.fromkeys(column_units(optional=True), np.full(rows, np.nan))
+        known = {**unknown, **columns}
+        values = {
+            name: np.column_stack([known[f"{name}_{part}"] for part in quantity.parts])
+            if quantity.parts
+            else known[name]
+            for name, quantity in quantities().items()
+        }
+        return cls(rows=rows, start_ns=start_ns, period_ns=period_ns, **values)
+
+
+def quantities() -> dict[str, Quantity]:
+    """The log's quantities by the names of its fields."""
+    return {
+        column.name: quantity for column in fields(LoopLog) for quantity in getattr(column.type, "__metadata__", ())
+    }
+
+
+def column_units(*, optional: bool | None = None) -> dict[str, str]:
+    """The unit of each of the log's columns by the column's name.
+
+    Args:
+        optional: Only those that are optional, or only those that are not; None: all.
+    """
+    return {
+        f"{name}_{part}" if part else name: quantity.unit
+        for name, quantity in quantities().items()
+        for part in quantity.parts or ("",)
+        if optional in {None, quantity.optional}
+    }

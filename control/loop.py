@@ -185,10 +185,14 @@ class _Cycle:
 
     def _compute(self, k: int, sample: JointSample) -> None:
         """From a sample to the torques in `command`, holding the limits."""
-        controller, log, desired = self.controller, self.log, self.table.row(k)
+        controller, log, desired, look_ns = self.controller, self.log, self.table.row(k), self.stopwatch_ns
+        began = look_ns()
         state = controller.observe(sample)
+        observing = look_ns() - began
         log.observe(k, state)
         controller.limits.check_state(controller.model, state, desired)
+        began = look_ns()
         tau = controller.law.torque(state, desired)
+        log.law_ns[k] = observing + look_ns() - began
         log.tau_law[k] = tau
         log.clipped[k] = controller.limits.clip(tau, self.command)

@@ -3,7 +3,11 @@
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple
+from math import sqrt
+from typing import Final, NamedTuple, Self
+
+BELOW: Final = 1 - 1e-9
+"""Keeps what is computed from a bound on its right side, whatever was rounded."""
 
 
 class Along(NamedTuple):
@@ -70,6 +74,34 @@ class TrapezoidalAcceleration:
     ramp: float
     _phases: tuple[_Phase, ...] = field(init=False, repr=False, compare=False)
     _begins: tuple[float, ...] = field(init=False, repr=False, compare=False)
+
+    @classmethod
+    def within(cls, distance: float, speed: float, acceleration: float, ramp: float) -> Self:
+        """The quickest such stroke of a distance whose speed and acceleration stay within bounds.
+
+        A short way leaves no time to reach a bound: then v is the root of v²/a + v tj = D, or, where the ramp is
+        longer than v/a, v = D / (2 tj) with a = v / tj.
+
+        Args:
+            distance: D, the way [m].
+            speed: Greatest speed allowed [m/s].
+            acceleration: Greatest acceleration allowed [m/s²].
+            ramp: tj, the time in which the acceleration rises or falls [s].
+
+        Returns:
+            The stroke.
+
+        Raises:
+            ValueError: If a number is not positive, or the ramp negative.
+        """
+        if not (distance > 0 and speed > 0 and acceleration > 0 and ramp >= 0):
+            return cls(distance, speed, acceleration, ramp)  # which says so
+        root = acceleration / 2 * (sqrt(ramp**2 + 4 * distance / acceleration) - ramp)
+        reached = min(speed, root * BELOW)
+        if reached * BELOW > acceleration * ramp:
+            return cls(distance, reached, acceleration, ramp)
+        reached = min(speed, distance / (2 * ramp) * BELOW**2)
+        return cls(distance, reached, reached / ramp * BELOW, ramp)
 
     def __post_init__(self) -> None:
         """Lay out the phases.

@@ -73,8 +73,14 @@ def late_cycles(log: LoopLog) -> int:
 
 def overruns(log: LoopLog) -> int:
     """Cycles that did not finish inside their own period: skipped, or their command left after the next was due."""
+    return int(np.count_nonzero(overrun_rows(log)))
+
+
+def overrun_rows(log: LoopLog) -> NDArray[np.bool_]:
+    """Which rows are overruns; shape (log.rows,)."""
     rows = slice(log.rows)
-    return int(np.count_nonzero(log.skipped[rows] | (log.command_ns[rows] > log.period_ns)))
+    late: NDArray[np.bool_] = log.skipped[rows] | (log.command_ns[rows] > log.period_ns)
+    return late
 
 
 def incomplete_samples(log: LoopLog) -> int:
@@ -90,8 +96,18 @@ def clipped_cycles(log: LoopLog) -> int:
 
 def work_us(log: LoopLog) -> Percentiles:
     """The cycles' own work [µs], waiting not counted; NaN when no cycle ran."""
-    work = log.work_ns[: log.rows][~log.skipped[: log.rows]] / 1000.0
-    if len(work) == 0:
+    return _microseconds(log, log.work_ns)
+
+
+def law_us(log: LoopLog) -> Percentiles:
+    """The law's share of the cycles' work [µs]: estimator, kinematics and law; NaN when no cycle ran."""
+    return _microseconds(log, log.law_ns)
+
+
+def _microseconds(log: LoopLog, ns: NDArray[np.int64] | NDArray[np.float64]) -> Percentiles:
+    """How a time of the cycles that were run is distributed [µs]."""
+    times = ns[: log.rows][~log.skipped[: log.rows]] / 1000.0
+    if len(times) == 0:
         return Percentiles(math.nan, math.nan, math.nan)
-    p50, p99 = np.percentile(work, (50, 99))
-    return Percentiles(float(p50), float(p99), float(np.max(work)))
+    p50, p99 = np.percentile(times, (50, 99))
+    return Percentiles(float(p50), float(p99), float(np.max(times)))

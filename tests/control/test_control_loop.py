@@ -122,8 +122,10 @@ def test_an_incomplete_sample_is_used_and_counted(run, machine, table):
 def test_the_cycles_own_work_is_counted_without_the_waiting(run, machine):
     machine.answer_ns = 2_000_000
     log = run()
-    assert set(log.work_ns) == {1000}  # two looks at the stopwatch
-    assert tracking.work_us(log) == tracking.Percentiles(1.0, 1.0, 1.0)
+    assert set(log.work_ns) == {5000}  # from the first of six looks at the stopwatch to the last
+    assert set(log.law_ns) == {2000}  # around the observation and around the law
+    assert tracking.work_us(log) == tracking.Percentiles(5.0, 5.0, 5.0)
+    assert tracking.law_us(log) == tracking.Percentiles(2.0, 2.0, 2.0)
 
 
 def test_the_log_holds_what_was_measured_asked_and_done(run, machine, table, model):
@@ -134,6 +136,14 @@ def test_the_log_holds_what_was_measured_asked_and_done(run, machine, table, mod
     assert log.position == pytest.approx(np.array([model.forward_kinematics(q) for q in log.q]))
     assert log.qd[1:] == pytest.approx(np.diff(log.q, axis=0) / 0.004)
     assert np.array_equal(log.in_motion, table.in_motion)
+
+
+def test_the_log_holds_when_each_axis_answered_and_nothing_where_it_did_not(run, machine):
+    machine.incomplete = {5}
+    log = run()
+    assert set(log.tpdo_ns[:, 1]) == {machine.answer_ns / 2}
+    assert np.flatnonzero(np.isnan(log.tpdo_ns).any(axis=1)).tolist() == [5]
+    assert np.isnan(log.tpdo_ns[5]).tolist() == [True, False, False]
 
 
 def test_torques_beyond_the_limit_are_cut_and_counted(run, machine, limits):

@@ -84,4 +84,4 @@ def test_every_column_has_a_name_a_unit_and_one_number_a_row(log):
     assert columns["work_ns"].unit == "ns"
     assert columns["skipped"].unit == "1"
     assert columns["tau_2"].values.tolist() == pytest.approx(log.tau[:, 1].tolist())
-    assert len(columns) == 9 + 7 * 3 + 5 * 2  # numbers, joint vectors, plane vectors
+    assert len(columns) == 10 + 8 * 3 + 5 * 2  # numbers, joint vectors, plane vectors
