@@ -4,6 +4,7 @@ A loop leads it through `sample` and `command`. Whenever no loop does (while dri
 stopped) it goes on by itself with zero torque, RPDOs half a period after SYNC, so that no watchdog trips meanwhile.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -26,12 +27,14 @@ class RawSample(NamedTuple):
         positions: Position actual values, shape (n,) [count].
         torques: Actual torques, shape (n,) [count of the profile's torque reference].
         complete: Whether all axes answered in time; what is missing repeats the sample before.
+        answered_ns: When each axis' answer arrived, after the SYNC, shape (n,) [ns]; NaN where it did not in time.
     """
 
     at_ns: int
     positions: NDArray[np.int64]
     torques: NDArray[np.int64]
     complete: bool
+    answered_ns: NDArray[np.float64]
 
 
 @dataclass(slots=True)
@@ -87,6 +90,7 @@ class CyclicExchange:
         self._silence = [0] * len(axes)
         self._positions = np.zeros(len(axes), dtype=np.int64)
         self._torques = np.zeros(len(axes), dtype=np.int64)
+        self._answered_ns = np.full(len(axes), np.nan)
         self._values = [[0] * len(axis.rpdo.fields) for axis in axes]
         self._zeros = (0,) * len(axes)
         for place, axis in enumerate(axes):
@@ -146,7 +150,8 @@ class CyclicExchange:
         self._close()
         self._next_sync_ns = self._sync_ns + self._period_ns
         self._plan()
-        return RawSample(self._sync_ns, self._positions.copy(), self._torques.copy(), complete)
+        positions, torques, answered_ns = self._positions.copy(), self._torques.copy(), self._answered_ns.copy()
+        return RawSample(self._sync_ns, positions, torques, complete, answered_ns)
 
     def send_torques(self, counts: Sequence[int]) -> None:
         """Send every axis its controlword and torque now.
@@ -180,6 +185,7 @@ class CyclicExchange:
         self._unanswered = len(self._axes)
         for place in range(len(self._axes)):
             self._answered[place] = False
+        self._answered_ns.fill(math.nan)
         self.counts.syncs += 1
         self._pump.send(SYNC_FRAME)
 
@@ -221,7 +227,7 @@ class CyclicExchange:
         at_statusword, at_position, at_torque = axis.tpdo_places
         pump_counts, watch = self._pump.counts, self._watch
 
-        def hear(_at_ns: int, data: bytes) -> None:
+        def hear(at_ns: int, data: bytes) -> None:
             if len(data) < size:
                 pump_counts.malformed += 1
                 return
@@ -230,14 +236,15 @@ class CyclicExchange:
             self._torques[place] = values[at_torque]
             if axis.hear(values[at_statusword]):
                 watch.report_state(axis)
-            self._note_answer(place)
+            self._note_answer(place, at_ns)
 
         return hear
 
-    def _note_answer(self, place: int) -> None:
+    def _note_answer(self, place: int, at_ns: int) -> None:
         """Note that an axis has answered this cycle's SYNC."""
         if not self._open:
             self.counts.late += 1
         elif not self._answered[place]:
             self._answered[place] = True
+            self._answered_ns[place] = at_ns - self._sync_ns
             self._unanswered -= 1

@@ -39,12 +39,15 @@ class AxisSample(NamedTuple):
         q: Joint angles, shape (n,) [rad].
         torque: Actual motor torques, shape (n,) [N·m at the motor].
         complete: Whether all axes answered in time; what is missing repeats the sample before.
+        answered_ns: When each axis' answer arrived, after the SYNC, shape (n,) [ns]; NaN where it did not in time;
+            None where nobody looked.
     """
 
     at_ns: int
     q: NDArray[np.float64]
     torque: NDArray[np.float64]
     complete: bool
+    answered_ns: NDArray[np.float64] | None = None
 
 
 class AxisGroup:
@@ -74,6 +77,11 @@ class AxisGroup:
     def axes(self) -> tuple[Axis, ...]:
         """The drives."""
         return self._session.axes
+
+    @property
+    def session(self) -> DriveSession:
+        """What the group stands on, for other devices on its bus (`master.transducer`)."""
+        return self._session
 
     @property
     def is_homed(self) -> bool:
@@ -193,6 +201,7 @@ class AxisGroup:
             np.array([scale.angle(position) for scale, position in zip(scales, positions, strict=True)]),
             np.array([scale.torque(counts) for scale, counts in zip(scales, torques, strict=True)]),
             raw.complete,
+            raw.answered_ns,
         )
 
     def command(self, tau_m: NDArray[np.float64], due_ns: int) -> None:

@@ -48,13 +48,13 @@ class GroupExchange(CyclicExchange):
     def _position_handler(self, place: int, axis: Axis) -> Handler:
         layout, counts = axis.objects.layout((POSITION,)), self._pump.counts
 
-        def hear(_at_ns: int, data: bytes) -> None:
+        def hear(at_ns: int, data: bytes) -> None:
             values = layout.unpack(data)
             if values is None:
                 counts.malformed += 1
                 return
             self._positions[place] = values[0]
-            self._note_answer(place)
+            self._note_answer(place, at_ns)
 
         return hear
 

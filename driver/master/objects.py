@@ -27,7 +27,9 @@ class DriveObjects:
         node_id: The drive.
     """
 
-    def __init__(self, node_id: int, eds: Path, dictionary: ObjectDictionary | None = None) -> None:
+    def __init__(
+        self, node_id: int, eds: Path, dictionary: ObjectDictionary | None = None, *, kind: str = "drive"
+    ) -> None:
         """Read the EDS.
 
         Args:
@@ -35,11 +37,13 @@ class DriveObjects:
             eds: Its EDS.
             dictionary: What is in the EDS, if it was read already for another drive: only the defaults, which are not
                 used here, depend on the node-id.
+            kind: What messages call it; a transducer is none.
 
         Raises:
             EdsError: It cannot be read, or is none.
         """
         self.node_id = node_id
+        self._who = f"{kind} {node_id}"
         self._eds = eds
         self._dictionary = load_dictionary(eds, node_id) if dictionary is None else dictionary
 
@@ -102,7 +106,7 @@ class DriveObjects:
         codec = Struct("<" + struct_code(variable))
         if len(data) < codec.size:
             raise DriveError(
-                f"drive {self.node_id} sends {len(data)} of the {codec.size} bytes of {self.title(index, subindex)}"
+                f"{self._who} sends {len(data)} of the {codec.size} bytes of {self.title(index, subindex)}"
             )
         # more bytes come from servers that do not tell the size of expedited data (CiA 301, 7.2.4.3.5)
         value: Value = codec.unpack_from(data)[0]
@@ -150,7 +154,7 @@ class DriveObjects:
             yield from self.write(index, subindex, value)
         except SdoAbort as abort:
             raise ConfigurationMismatch(
-                f"drive {self.node_id} refuses {_both(value)} in {self.title(index, subindex)}: {describe(abort.code)}"
+                f"{self._who} refuses {_both(value)} in {self.title(index, subindex)}: {describe(abort.code)}"
             ) from abort
         yield from self.verify(index, subindex, value, ignore=ignore)
 
@@ -164,19 +168,17 @@ class DriveObjects:
             held = yield from self.read_number(index, subindex)
         except SdoAbort as abort:
             raise ConfigurationMismatch(
-                f"drive {self.node_id} does not say what {self.title(index, subindex)} holds: {describe(abort.code)}"
+                f"{self._who} does not say what {self.title(index, subindex)} holds: {describe(abort.code)}"
             ) from abort
         if held & ~ignore != value & ~ignore:
             raise ConfigurationMismatch(
-                f"drive {self.node_id} holds {_both(held)} in {self.title(index, subindex)}, not {_both(value)}"
+                f"{self._who} holds {_both(held)} in {self.title(index, subindex)}, not {_both(value)}"
             )
 
     def _variable(self, index: int, subindex: int) -> ODVariable:
         variable = find_variable(self._dictionary, index, subindex)
         if variable is None:
-            raise EdsError(
-                f"drive {self.node_id} has no object {ObjectAddress(index, subindex)} by its EDS {self._eds}"
-            )
+            raise EdsError(f"{self._who} has no object {ObjectAddress(index, subindex)} by its EDS {self._eds}")
         return variable
 
 

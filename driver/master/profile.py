@@ -31,10 +31,6 @@ DATA: Final = Path(__file__).parent.parent / "data"
 PROFILES: Final = DATA / "profiles"
 DEFAULT_PROFILE: Final = "torquerig"
 
-CONTROLWORD: Final = (0x6040, 0)
-STATUSWORD: Final = (0x6041, 0)
-POSITION: Final = (0x6064, 0)
-
 _STRICT: Final = ConfigDict(extra="forbid")
 
 
@@ -51,6 +47,11 @@ class ObjectAddress(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.entry:04X}:{self.subindex:X}"
+
+
+CONTROLWORD: Final = ObjectAddress(0x6040, 0)
+STATUSWORD: Final = ObjectAddress(0x6041, 0)
+POSITION: Final = ObjectAddress(0x6064, 0)
 
 
 def parse_address(text: object) -> ObjectAddress:
@@ -218,7 +219,7 @@ class DriveProfile:
         ):
             for address in need:
                 if address not in have.objects:
-                    raise ValueError(f"{key} does not map {ObjectAddress(*address)}, which the cycle needs")
+                    raise ValueError(f"{key} does not map {address}, which the cycle needs")
         return self
 
 

@@ -1,6 +1,6 @@
 """Counts to rad and N·m and back: here and nowhere else.
 
-    theta = sign * 2 pi * position / (counts_per_revolution * gear)         [rad at the joint]
+    theta = sign * 2 pi * position / (counts_per_revolution * gear) + zero  [rad at the joint]
     torque = sign * counts / counts_per_nm                                  [N·m at the motor]
 
 A drive may have another torque constant in each direction of *its* positive counts, so the slope is chosen by the sign
@@ -29,6 +29,7 @@ class AxisSettings:
         sign: +1 when positive counts turn the joint positively, else -1.
         gear: Motor revolutions a joint revolution.
         home: Joint angle in the home fixture [rad].
+        zero: What is added to the joint angle that the counts tell [rad]; from a calibration.
         counts_per_revolution: Counts of 6064 a motor revolution; None: the profile's.
         counts_per_nm_positive: Counts of torque a newton metre, for positive counts; None: the profile's, or worked out
             from the drive's rated value.
@@ -42,6 +43,7 @@ class AxisSettings:
     sign: int = 1
     gear: float = 25.0
     home: float = 0.0
+    zero: float = 0.0
     counts_per_revolution: int | None = None
     counts_per_nm_positive: float | None = None
     counts_per_nm_negative: float | None = None
@@ -56,8 +58,9 @@ class AxisSettings:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name} of drive {self.node_id} is to be positive, not {value}")
-        if not math.isfinite(self.home):
-            raise ValueError(f"home of drive {self.node_id} is to be an angle [rad], not {self.home}")
+        for name in ("home", "zero"):
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"{name} of drive {self.node_id} is to be an angle [rad], not {getattr(self, name)}")
 
     @property
     def eds_path(self) -> Path:
@@ -82,6 +85,7 @@ class AxisScale:
         positive: Counts of torque a newton metre for positive counts.
         negative: The same for negative counts.
         limits: Counts that the torque object can hold, least and greatest.
+        zero: Joint angle at position 0 [rad].
     """
 
     rad_per_count: float
@@ -89,14 +93,15 @@ class AxisScale:
     positive: float
     negative: float
     limits: tuple[int, int] = (INT16_MIN, INT16_MAX)
+    zero: float = 0.0
 
     def angle(self, position: int) -> float:
         """Joint angle [rad] of a position [count]."""
-        return position * self.rad_per_count
+        return position * self.rad_per_count + self.zero
 
     def position(self, angle: float) -> int:
         """Position [count] nearest to a joint angle [rad]."""
-        return round(angle / self.rad_per_count)
+        return round((angle - self.zero) / self.rad_per_count)
 
     def torque(self, counts: float) -> float:
         """Torque [N·m at the motor] of counts."""
@@ -137,6 +142,7 @@ def axis_scale(settings: AxisSettings, rated: int | None) -> AxisScale:
         sign=settings.sign,
         positive=settings.counts_per_nm_positive or default,
         negative=settings.counts_per_nm_negative or default,
+        zero=settings.zero,
     )
 
 
