@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from torquerig.experiment import Outcome, run_experiment
     from torquerig.mechanism import Manipulator
     from torquerig.picture import draw
+    from torquerig.records import open_record
     from torquerig.simulated_rig import SimulatedRig
     from torquerig.summary import Summary
 
@@ -23,6 +24,7 @@ __all__ = [
     "Summary",
     "draw",
     "load_configuration",
+    "open_record",
     "open_rig",
     "run_experiment",
 ]
@@ -34,6 +36,7 @@ _HOMES: Final = {
     "Summary": "torquerig.summary",
     "draw": "torquerig.picture",
     "load_configuration": "torquerig.configuration",
+    "open_record": "torquerig.records",
     "open_rig": "torquerig.assembly",
     "run_experiment": "torquerig.experiment",
 }

@@ -1,18 +1,22 @@
 """Joins simulator and driver: the machine, its drives, and the bus between them and their master."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from torquerig import schema
 from torquerig.building import manipulator
 from torquerig.configuration import Configuration
 from torquerig.device_sim.canopen.core import NodeTiming
 from torquerig.device_sim.devices import SimulatedDevices
 from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.drive.parameters import DriveParameters
+from torquerig.device_sim.machine import Machine
 from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine, TruthLog, TruthRows
+from torquerig.device_sim.plant.installation import Installation, InstalledMachine
+from torquerig.device_sim.plant.locked import LockedRotors
 from torquerig.driver.bus.interface import Bus, Tap
 from torquerig.driver.bus.url import open_bus
 from torquerig.schema import Rig as Settings
@@ -23,11 +27,15 @@ class Simulation(NamedTuple):
 
     Attributes:
         machine: What the motors turn.
-        devices: The drives on it.
+        devices: The drives on it, and what else is on their bus.
     """
 
-    machine: PlanarManipulatorMachine
+    machine: PlanarManipulatorMachine | LockedRotors
     devices: SimulatedDevices
+
+
+Build = Callable[[Settings, TruthLog | None], Simulation]
+"""Builds what is simulated, of the configuration and the log that is to keep the truth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,35 +77,59 @@ def build_simulation(settings: Settings, truth: TruthLog | None) -> Simulation:
         manipulator(settings.model, plant),
         Friction(plant.coulomb, plant.breakaway),
         lag=plant.current_lag,
-        position=settings.model.home,
+        position=settings.simulator.stands_at or settings.model.home,
         step_ns=nanoseconds(settings.simulator.step),
         log=truth,
     )
+    return Simulation(machine, SimulatedDevices(simulated_drives(settings, machine)))
+
+
+def simulated_drives(settings: Settings, machine: Machine) -> list[SimulatedDrive]:
+    """The three drives with what is true of them, wired and coupled to a machine as `simulator.installation` says."""
+    plant = settings.plant[settings.simulator.plant]
+    wiring = settings.simulator.installation
+    installation = _installation(wiring)
+    turned: Machine = InstalledMachine(machine, installation) if installation.shows(plant.torque_limit) else machine
     parameters = DriveParameters(
         gain_positive=settings.drive.gain_positive,
         gain_negative=settings.drive.gain_negative,
         rated_torque=settings.drive.rated_torque,
         peak_torque=plant.torque_limit,
-        timing=NodeTiming(
-            boot_ns=nanoseconds(settings.drive.boot),
-            answer_ns=nanoseconds(settings.drive.answer),
-            sample_ns=nanoseconds(settings.drive.sample),
-            reaction_ns=nanoseconds(settings.drive.reaction),
-        ),
+        timing=node_timing(settings),
     )
-    drives = [
-        SimulatedDrive(axis.node_id, number, machine, parameters) for number, axis in enumerate(settings.axes.legs)
+    return [
+        SimulatedDrive(axis.node_id, number, turned, replace(parameters, encoder_counts=wiring.encoder_counts[number]))
+        for number, axis in enumerate(settings.axes.legs)
     ]
-    return Simulation(machine, SimulatedDevices(drives))
+
+
+def node_timing(settings: Settings) -> NodeTiming:
+    """How long simulated nodes take, as [drive] says."""
+    return NodeTiming(
+        boot_ns=nanoseconds(settings.drive.boot),
+        answer_ns=nanoseconds(settings.drive.answer),
+        sample_ns=nanoseconds(settings.drive.sample),
+        reaction_ns=nanoseconds(settings.drive.reaction),
+    )
+
+
+def _installation(wiring: schema.Installation) -> Installation:
+    """How the drives are connected; legs count from 0 there."""
+    m1, m2, m3 = (leg - 1 for leg in wiring.motors)
+    e1, e2, e3 = (leg - 1 for leg in wiring.encoders)
+    return Installation(
+        (m1, m2, m3), (e1, e2, e3), wiring.torque_sign, wiring.encoder_sign, wiring.gear_factor, wiring.coupling
+    )
 
 
 @contextmanager
-def open_rig(configuration: Configuration, tap: Tap | None = None) -> Iterator[Rig]:
+def open_rig(configuration: Configuration, tap: Tap | None = None, *, build: Build = build_simulation) -> Iterator[Rig]:
     """Open the bus of `bus.url`, with simulated drives behind it if that is `lockstep:`.
 
     Args:
         configuration: The configuration.
         tap: Is told every frame.
+        build: Builds what `lockstep:` simulates.
 
     Yields:
         The rig; its bus is closed at the end.
@@ -110,7 +142,7 @@ def open_rig(configuration: Configuration, tap: Tap | None = None) -> Iterator[R
     simulation: list[Simulation] = []
 
     def wire() -> SimulatedNetwork:
-        simulation.append(build_simulation(settings, TruthLog()))
+        simulation.append(build(settings, TruthLog()))
         return SimulatedNetwork(simulation[0].devices, settings.bus.bitrate)
 
     spin_ns = nanoseconds(settings.loop.spin)

@@ -64,7 +64,8 @@ def _axis(axis: Axis, home: float, given: set[str]) -> AxisSettings:
         profile=profile_of(axis),
         sign=axis.sign,
         gear=axis.gear,
-        home=home,
+        home=home + axis.encoder_zero,  # so that the drives are homed to the same counts, whatever the zeros are
+        zero=axis.encoder_zero,
         counts_per_revolution=axis.encoder_counts if "encoder_counts" in ours else None,
         counts_per_nm_positive=axis.counts_per_nm_positive if "counts_per_nm_positive" in ours else None,
         counts_per_nm_negative=axis.counts_per_nm_negative if "counts_per_nm_negative" in ours else None,

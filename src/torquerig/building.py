@@ -1,7 +1,9 @@
 """From the configuration's tables to the objects of mechanism and control."""
 
-from torquerig.control.estimators import make_estimator
-from torquerig.control.law import Law
+import math
+
+from torquerig.control.estimators import Sampling, make_estimator
+from torquerig.control.law import Gains, Law
 from torquerig.control.laws import law_named
 from torquerig.control.limits import Limits
 from torquerig.control.loop import Controller, Pace
@@ -44,28 +46,51 @@ def manipulator(geometry: Model, links: Links) -> Manipulator:
     )
 
 
+def gains_motion(rig: Rig) -> int:
+    """The test motion whose gains the law takes: as `loop.gains` says, or the motion's own, in other motions the first.
+
+    The gains of motion 1 are the softer ones: where nobody has tuned them for a motion, they are the safer guess.
+    """
+    if rig.loop.gains != "auto":
+        return rig.loop.gains
+    return rig.loop.motion if isinstance(rig.loop.motion, int) else 1
+
+
+def gains(rig: Rig) -> Gains:
+    """The gains of `loop.law`: its own, or those that `laws.NAME` gives."""
+    number = gains_motion(rig)
+    own = law_named(rig.loop.law).gains[number]
+    changed = rig.laws.get(rig.loop.law)
+    if changed is None:
+        return own
+    given = changed.of(number)
+    return Gains(own.kp if given.kp is None else given.kp, own.kv if given.kv is None else given.kv)
+
+
 def law(rig: Rig, model: Manipulator) -> Law:
-    """The law of `loop.law` with its own gains, or with those that `laws.NAME` gives."""
+    """The law of `loop.law` with its gains."""
     chosen = law_named(rig.loop.law)
-    own = chosen.gains[rig.loop.motion]
-    kp, kv = own
-    if changed := rig.laws.get(rig.loop.law):
-        gains = changed.of(rig.loop.motion)
-        kp = own.kp if gains.kp is None else gains.kp
-        kv = own.kv if gains.kv is None else gains.kv
+    kp, kv = gains(rig)
     wanted = rig.loop.friction_feedforward
     friction = chosen.friction_by_default if wanted == "law" else wanted
     return chosen(model, kp, kv, friction, rig.loop.stiction_feedforward)
 
 
+def sampling(rig: Rig) -> Sampling:
+    """How joint angles come: the period, and the count of the axis with the coarsest encoder."""
+    counts = min(axis.encoder_counts * axis.gear for axis in rig.axes.legs)
+    return Sampling(period_ns(rig), 2 * math.pi / counts)
+
+
 def controller(rig: Rig) -> Controller:
     """Everything between a sample and a command, as `loop`, `laws`, `limits` and `model` say."""
     model = manipulator(rig.model, rig.model)
-    estimator = make_estimator(rig.loop.estimator, axes=3, length=rig.loop.window)
+    estimator = make_estimator(rig.loop.estimator, 3, sampling(rig), **rig.estimators.get(rig.loop.estimator, {}))
     limits = Limits(
         x=rig.limits.workspace_x,
         y=rig.limits.workspace_y,
         conditioning=rig.limits.conditioning,
+        singularity_distance=rig.limits.singularity_distance,
         joint_speed=rig.limits.joint_speed,
         position_error=rig.limits.position_error,
         torque=rig.limits.torque,

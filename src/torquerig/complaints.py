@@ -109,7 +109,7 @@ def _schema_at(location: Location) -> dict[str, Any]:
         node = _resolve(node)
         if isinstance(part, int):
             items = node.get("prefixItems", [])
-            node = items[part] if part < len(items) else {}
+            node = items[part] if part < len(items) else node.get("items", {})
         else:
             extra = node.get("additionalProperties")
             node = node.get("properties", {}).get(part) or (extra if isinstance(extra, dict) else {})
@@ -131,6 +131,10 @@ def _describe(node: dict[str, Any]) -> str:
         allowed = ", ".join(map(write, node.get("enum", [node.get("const")])))
         return f"one of {allowed}" if "enum" in node else allowed
     kind = str(node.get("type"))
+    if kind == "string" and "description" in node:
+        return str(node["description"])
+    if kind == "array" and "items" in node:
+        return f"a list{_range(node)}: each {_describe(node['items'])}"
     if kind == "array":
         items = node.get("prefixItems", [{}])
         return f"a list of {len(items)}: each {_describe(items[0])}"
@@ -145,6 +149,8 @@ def _range(node: dict[str, Any]) -> str:
         "maximum": "at most",
         "exclusiveMaximum": "below",
         "minLength": "of a length of at least",
+        "minItems": "of at least",
+        "maxItems": "of at most",
     }
     words = [f"{word} {node[name]:g}" for name, word in bounds.items() if name in node]
     return f" {' and '.join(words)}" if words else ""

@@ -1,4 +1,4 @@
-"""The effective configuration: the shipped rig.toml, a user's file over it, the command line over both."""
+"""The effective configuration: the shipped one, over it a user's file, a calibration, the command line."""
 
 import copy
 import tomllib
@@ -10,13 +10,15 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
+from torquerig.calibrated import read_calibration
 from torquerig.complaints import complaint
 from torquerig.consistency import check
 from torquerig.errors import ConfigurationError
-from torquerig.schema import Rig
+from torquerig.schema import CIRCLE, CORNER, Rig
 from torquerig.toml_text import Place, places
 
 DEFAULT: Final = "default"
+CALIBRATION_KEY: Final = "calibration.file"
 OPTIONS: Final = "options"
 
 
@@ -27,7 +29,7 @@ class Setting:
     Attributes:
         key: Its dotted key, as `loop.rate_hz`.
         value: Its value.
-        source: Who set it: "default", "FILE:LINE", or who gave the options.
+        source: Who set it: "default", "FILE:LINE" (of a calibration with the procedure), or who gave the options.
         default: The shipped value; None for a key that is not shipped.
         note: Unit, meaning and source, as the shipped file comments it.
     """
@@ -46,10 +48,12 @@ class Configuration:
     Attributes:
         rig: The values.
         settings: Every value with its source, in the shipped file's order.
+        calibration: The calibration that was read; None for none.
     """
 
     rig: Rig
     settings: tuple[Setting, ...]
+    calibration: Path | None = None
 
     def as_tables(self) -> dict[str, Any]:
         """The configuration as nested tables, as TOML and JSON write it."""
@@ -79,8 +83,10 @@ def load_configuration(
     sources: dict[str, str] = {}
     if path is not None:
         text, own = _read(Path(path))
+        _locate_trajectory(own, Path(path).parent)
         _merge(tables, own)
         sources |= _file_sources(Path(path), own, places(text))
+    calibration = _calibrate(tables, sources, None if path is None else Path(path), options or {})
     for key, value in (options or {}).items():
         _put(tables, key, value)
         sources[key] = origin
@@ -89,7 +95,22 @@ def load_configuration(
         Setting(key, value, sources.get(key, DEFAULT), defaults.get(key), notes[key].comment if key in notes else "")
         for key, value in _leaves(tables)
     )
-    return Configuration(rig, settings)
+    return Configuration(rig, settings, calibration)
+
+
+def checked(tables: Mapping[str, Any]) -> Rig:
+    """The values of a whole configuration that is there as tables, as a record keeps it.
+
+    Args:
+        tables: Nested tables, as `Configuration.as_tables` gives them.
+
+    Returns:
+        The values.
+
+    Raises:
+        ConfigurationError: If a key is unknown or missing, or a value is out of range: names table.key.
+    """
+    return _validate(dict(tables), {})
 
 
 def _read(path: Path) -> tuple[str, dict[str, Any]]:
@@ -106,6 +127,14 @@ def _read(path: Path) -> tuple[str, dict[str, Any]]:
         raise ConfigurationError(f"the configuration {path} is not TOML: {error}") from error
 
 
+def _locate_trajectory(own: Mapping[str, Any], folder: Path) -> None:
+    """Let a user's file name a trajectory beside itself, wherever it is read from."""
+    loop = own.get("loop")
+    motion = loop.get("motion") if isinstance(loop, dict) else None
+    if isinstance(loop, dict) and isinstance(motion, str) and motion not in {CIRCLE, CORNER}:
+        loop["motion"] = str(folder / motion)
+
+
 def _merge(tables: dict[str, Any], own: Mapping[str, Any]) -> None:
     """Put a user's tables over others, table by table."""
     for key, value in own.items():
@@ -114,6 +143,25 @@ def _merge(tables: dict[str, Any], own: Mapping[str, Any]) -> None:
             _merge(inner, value)
         else:
             tables[key] = copy.deepcopy(value)
+
+
+def _calibrate(
+    tables: dict[str, Any], sources: dict[str, str], path: Path | None, options: Mapping[str, object]
+) -> Path | None:
+    """Put the values of `calibration.file` over others, and say which it is; relative to the file that names it."""
+    named = options.get(CALIBRATION_KEY)
+    place = Path()
+    if named is None:
+        table = tables["calibration"]
+        named = table.get("file") if isinstance(table, dict) else None
+        place = Path() if path is None else path.parent
+    if not named or not isinstance(named, str):
+        return None
+    calibration = read_calibration(place / named)
+    for key, value in calibration.settings.items():
+        _put(tables, key, value)
+    sources |= calibration.sources
+    return place / named
 
 
 def _put(tables: dict[str, Any], key: str, value: object) -> None:

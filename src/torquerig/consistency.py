@@ -1,14 +1,14 @@
 """What one key alone cannot tell: values that must fit each other, and names that must exist."""
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from torquerig.busload import HIGHEST_LOAD, SHORT_TPDO_BYTES, TPDO_BYTES, Plan, budget
 from torquerig.complaints import suggestion
+from torquerig.control.estimators import load_estimators
 from torquerig.control.laws import load_laws
 from torquerig.control.profile import TrapezoidalAcceleration
 from torquerig.schema import Rig
-
 
 
 class Problem(NamedTuple):
@@ -44,9 +44,28 @@ def _names(rig: Rig) -> Iterator[Problem]:
     for name in rig.laws:
         if name not in laws:
             yield Problem(f"laws.{name}", f"laws.{name} is not a law{suggestion(name, laws)}")
+    yield from _estimators(rig)
     if rig.simulator.plant not in rig.plant:
         plant = rig.simulator.plant
         yield Problem("simulator.plant", f"simulator.plant = {plant!r} is not a plant{suggestion(plant, rig.plant)}")
+
+
+def _estimators(rig: Rig) -> Iterator[Problem]:
+    """Estimators that do not exist, and parameters that they cannot have."""
+    estimators = load_estimators()
+    chosen = rig.loop.estimator
+    if chosen not in estimators:
+        yield Problem(
+            "loop.estimator", f"loop.estimator = {chosen!r} is not an estimator; there are {', '.join(estimators)}"
+        )
+    for name, given in rig.estimators.items():
+        table = f"estimators.{name}"
+        if name not in estimators:
+            yield Problem(table, f"{table} is not an estimator{suggestion(name, estimators)}")
+            continue
+        for parameter, words in estimators[name].objections(given):
+            key = f"{table}.{parameter}"
+            yield Problem(key, f"{key} = {given[parameter]!r} cannot be: {words}")
 
 
 def _timing(rig: Rig) -> Iterator[Problem]:
@@ -78,13 +97,22 @@ def _load(rig: Rig) -> Iterator[Problem]:
 
 
 def _motions(rig: Rig) -> Iterator[Problem]:
-    """Motions whose phases do not fit into their stroke."""
+    """Motions whose phases do not fit into their stroke, and sides of no length."""
     for number in (1, 2):
         motion = rig.motion.of(number)
         try:
             TrapezoidalAcceleration(motion.stroke, motion.speed, motion.acceleration, motion.tj)
         except ValueError as error:
             yield Problem(f"motion.{number}", f"motion.{number} cannot be driven: {error}")
+    corners = rig.motion.corner.corners
+    for number, (corner, following) in enumerate(zip(corners, (*corners[1:], corners[0]), strict=True)):
+        if corner == following:
+            key = "motion.corner.corners"
+            yield Problem(
+                key,
+                f"{key} cannot be: {list(corner)} stands twice at number {number + 1}; the way back from the last to"
+                " the first is made without being named",
+            )
 
 
 def _frictions(rig: Rig) -> Iterator[Problem]:
@@ -116,6 +144,18 @@ def _nodes(rig: Rig) -> Iterator[Problem]:
         if axis.node_id in seen:
             yield Problem(key, f"{key} = {axis.node_id} cannot be: {seen[axis.node_id]} has this node-id already")
         seen[axis.node_id] = key
+    bench = rig.bench.node_id
+    if bench in seen:
+        yield Problem("bench.node_id", f"bench.node_id = {bench} cannot be: {seen[bench]} has this node-id already")
+
+
+def _installation(rig: Rig) -> Iterator[Problem]:
+    """Cables of the simulated machine that would end nowhere, or at one place twice."""
+    for name in ("motors", "encoders"):
+        legs = getattr(rig.simulator.installation, name)
+        if sorted(legs) != [1, 2, 3]:
+            key = f"simulator.installation.{name}"
+            yield Problem(key, f"{key} = {list(legs)} cannot be: each of 1, 2 and 3 must be there once")
 
 
 _CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (
@@ -126,4 +166,5 @@ _CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (
     _frictions,
     _intervals,
     _nodes,
+    _installation,
 )

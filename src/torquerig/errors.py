@@ -2,7 +2,8 @@
 
 ApplicationError
 ├── ConfigurationError (ValueError)   a key, value, file or option that cannot be used
-├── RecordError (OSError)             a record that cannot be written
+├── MotionError (ValueError)          a motion that cannot be read, or that the machine could not follow
+├── RecordError (OSError)             a record that cannot be written, or read back
 └── RigError (RuntimeError)           simulated drives that did not start, or are gone
 """
 
@@ -15,8 +16,12 @@ class ConfigurationError(ApplicationError, ValueError):
     """A configuration that cannot be used; the message names table.key."""
 
 
+class MotionError(ApplicationError, ValueError):
+    """A motion that cannot be read or followed; the message names file and line, or table, and what would be right."""
+
+
 class RecordError(ApplicationError, OSError):
-    """A record that cannot be written; the message names the place."""
+    """A record that cannot be written, or read back; the message names the place."""
 
 
 class RigError(ApplicationError, RuntimeError):

@@ -21,13 +21,12 @@ from torquerig.driver.master.group import AxisGroup, AxisSample
 from torquerig.garbage import no_collections
 from torquerig.mechanism import warm_up
 from torquerig.planning import join, plan_approach, plan_motion
-from torquerig.record import claim
+from torquerig.record import DONE, claim
 from torquerig.results import Results
 from torquerig.scheduling import real_time
 from torquerig.stopping import undisturbed
-from torquerig.summary import Summary
+from torquerig.summary import Summary, motion_in_words
 
-DONE: Final = "done"
 PROGRESS_CALLS: Final = 50
 
 
@@ -155,10 +154,11 @@ def _move(
     if group.home():
         results.notes.append("The drives took the pose of the home fixture for home.")
     stands_at = _standing_position(group, controller)
-    approach = plan_approach(settings, controller, stands_at, breathe=lambda: group.wait(0.0))
+    start_x, start_y = motion.position[0].tolist()
+    approach = plan_approach(settings, controller, stands_at, (start_x, start_y), breathe=lambda: group.wait(0.0))
     table = join([*approach, motion])
     log = LoopLog.for_table(table)
-    watcher.prepare(f"{settings.loop.law}, motion {settings.loop.motion}", len(table))
+    watcher.prepare(f"{settings.loop.law}, {motion_in_words(settings.loop.motion)}", len(table))
     results.notes += group.enable()
     results.log = log
     return run_loop(

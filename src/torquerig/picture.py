@@ -1,6 +1,7 @@
 """A run as one picture: the path, the errors, the torques."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,13 +12,15 @@ from torquerig.control.log import LoopLog
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK: Final = "#1f2933"
 DESIRED: Final = "#9aa5b1"
 COLOURS: Final = ("#0b6e99", "#c2410c", "#4d7c0f")
+SHADE: Final = "#f1f5f9"
 MARGIN: Final = 0.2
 """What is shown before and after the motion, as a share of its duration."""
-_STYLE: Final[dict[Any, Any]] = {
+STYLE: Final[dict[Any, Any]] = {
     "axes.edgecolor": DESIRED,
     "axes.grid": True,
     "axes.labelcolor": INK,
@@ -48,33 +51,52 @@ def draw(log: LoopLog, title: str, path: Path, truth: NDArray[np.float64] | None
     Raises:
         OSError: If the file cannot be written.
     """
+    with drawing(title, path, (11, 7)) as figure:
+        grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
+        _path(figure.add_subplot(grid[:, 0]), log, truth)
+        times = time_ms(log)
+        position = figure.add_subplot(grid[0, 1])
+        _errors(position, times, 1e3 * (log.desired_position - log.position)[: log.rows], "Position error", "mm")
+        velocity = figure.add_subplot(grid[1, 1], sharex=position)
+        _errors(velocity, times, (log.desired_velocity - log.velocity)[: log.rows], "Velocity error", "m/s")
+        torque = figure.add_subplot(grid[2, 1], sharex=position)
+        _torques(torque, times, log)
+        for axes in (position, velocity, torque):
+            show_motion(axes, times, log)
+        position.tick_params(labelbottom=False)
+        velocity.tick_params(labelbottom=False)
+        torque.set_xlabel("time from the motion's start [ms]")
+
+
+@contextmanager
+def drawing(title: str, path: Path, size: tuple[float, float]) -> Iterator["Figure"]:
+    """A figure in the house's style, saved at the end.
+
+    Args:
+        title: What it is a picture of.
+        path: The PNG file.
+        size: Width and height [inch of 150 pixels].
+
+    Yields:
+        The figure, empty below its title.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
     import matplotlib as mpl  # noqa: PLC0415  (takes half a second, and most commands draw nothing)
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(11, 7), dpi=150, layout="constrained")
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, dpi=150, layout="constrained")
         FigureCanvasAgg(figure)
         figure.suptitle(title, x=0.01, ha="left", fontsize=14, fontweight="bold", color=INK)
-        grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
-        _path(figure.add_subplot(grid[:, 0]), log, truth)
-        time_ms = _time_ms(log)
-        position = figure.add_subplot(grid[0, 1])
-        _errors(position, time_ms, 1e3 * (log.desired_position - log.position)[: log.rows], "Position error", "mm")
-        velocity = figure.add_subplot(grid[1, 1], sharex=position)
-        _errors(velocity, time_ms, (log.desired_velocity - log.velocity)[: log.rows], "Velocity error", "m/s")
-        torque = figure.add_subplot(grid[2, 1], sharex=position)
-        _torques(torque, time_ms, log)
-        for axes in (position, velocity, torque):
-            _show_motion(axes, time_ms, log)
-        position.tick_params(labelbottom=False)
-        velocity.tick_params(labelbottom=False)
-        torque.set_xlabel("time from the motion's start [ms]")
+        yield figure
         figure.savefig(path, facecolor="white")
 
 
-def _time_ms(log: LoopLog) -> NDArray[np.float64]:
-    """Time of each row from the first of the motion [ms]."""
+def time_ms(log: LoopLog) -> NDArray[np.float64]:
+    """Time of each of a log's rows from the first of the motion, shape (rows,) [ms]."""
     due = log.due_ns[: log.rows]
     first = int(np.argmax(log.in_motion)) if log.in_motion.any() else 0
     since: NDArray[np.float64] = (due - log.due_ns[first]) / 1e6
@@ -95,26 +117,26 @@ def _path(axes: "Axes", log: LoopLog, truth: NDArray[np.float64] | None) -> None
     axes.legend(loc="upper left")
 
 
-def _errors(axes: "Axes", time_ms: NDArray[np.float64], errors: NDArray[np.float64], title: str, unit: str) -> None:
+def _errors(axes: "Axes", times: NDArray[np.float64], errors: NDArray[np.float64], title: str, unit: str) -> None:
     """Desired less measured, along x and y."""
     axes.set_title(title)
-    _lines(axes, time_ms, errors, ("x", "y"))
+    lines(axes, times, errors, ("x", "y"))
     axes.set_ylabel(f"desired - measured [{unit}]")
 
 
-def _torques(axes: "Axes", time_ms: NDArray[np.float64], log: LoopLog) -> None:
+def _torques(axes: "Axes", times: NDArray[np.float64], log: LoopLog) -> None:
     """Motor torques as the drives report them, over what was commanded."""
     axes.set_title("Torque (pale: command)")
     for column, colour in zip(log.tau[: log.rows].T, COLOURS, strict=True):
-        axes.plot(time_ms, column, color=colour, linewidth=1.2, alpha=0.35, drawstyle="steps-post")
-    _lines(axes, time_ms, log.tau_actual[: log.rows], ("motor 1", "motor 2", "motor 3"))
+        axes.plot(times, column, color=colour, linewidth=1.2, alpha=0.35, drawstyle="steps-post")
+    lines(axes, times, log.tau_actual[: log.rows], ("motor 1", "motor 2", "motor 3"))
     axes.set_ylabel("torque [N·m]")
 
 
-def _lines(axes: "Axes", time_ms: NDArray[np.float64], values: NDArray[np.float64], names: Sequence[str]) -> None:
+def lines(axes: "Axes", times: NDArray[np.float64], values: NDArray[np.float64], names: Sequence[str]) -> None:
     """One line a column, its name in the legend above the plot."""
     for column, name, colour in zip(values.T, names, COLOURS, strict=False):
-        axes.plot(time_ms, column, color=colour, linewidth=1.4, label=name)
+        axes.plot(times, column, color=colour, linewidth=1.4, label=name)
     axes.axhline(0, color=DESIRED, linewidth=0.8)
     axes.legend(
         loc="lower right",
@@ -126,11 +148,14 @@ def _lines(axes: "Axes", time_ms: NDArray[np.float64], values: NDArray[np.float6
     )
 
 
-def _show_motion(axes: "Axes", time_ms: NDArray[np.float64], log: LoopLog) -> None:
+def show_motion(axes: "Axes", times: NDArray[np.float64], log: LoopLog) -> None:
     """Show the motion and a little of what surrounds it; shade the samples that the errors are taken over."""
     counted = np.flatnonzero(log.in_motion[: log.rows])
-    if counted.size:
-        begin, end = time_ms[counted[0]], time_ms[counted[-1]]
-        margin = MARGIN * (end - begin)
-        axes.axvspan(begin, end, color="#f1f5f9", zorder=0)
-        axes.set_xlim(max(begin - margin, time_ms[0]), min(end + margin, time_ms[-1]))
+    if not counted.size:
+        return
+    for run in np.split(counted, np.flatnonzero(np.diff(counted) > 1) + 1):
+        axes.axvspan(times[run[0]], times[run[-1]], color=SHADE, zorder=0)
+    begin, end = times[counted[0]], times[counted[-1]]
+    margin = MARGIN * (end - begin)
+    if margin:
+        axes.set_xlim(max(begin - margin, times[0]), min(end + margin, times[-1]))

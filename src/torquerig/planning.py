@@ -12,9 +12,9 @@ import numpy as np
 
 from torquerig.building import period_ns
 from torquerig.control.loop import Controller
-from torquerig.control.motions import Hold, Motion, OutAndBack, Reference, SmoothMove
-from torquerig.control.profile import TrapezoidalAcceleration
+from torquerig.control.motions import Hold, Motion, Reference, SmoothMove
 from torquerig.control.reference import Piece, ReferenceTable, tabulate
+from torquerig.motions import choose_motion
 from torquerig.schema import Rig
 
 SLICE: Final = 100
@@ -43,6 +43,8 @@ class Excerpt:
 def plan_motion(rig: Rig, controller: Controller) -> ReferenceTable:
     """Hold, the motion as often as `loop.repeat` says, hold; held against the limits.
 
+    A motion that does not end where it starts is followed by a smooth move back and a hold before it is run again.
+
     Args:
         rig: The configuration.
         controller: Its model and limits.
@@ -51,19 +53,27 @@ def plan_motion(rig: Rig, controller: Controller) -> ReferenceTable:
         One row a cycle.
 
     Raises:
+        MotionError: A motion of the user cannot be read, or leaves what the machine may do.
         ReachError, LimitExceeded: The motion leaves what the machine may do.
     """
-    chosen = rig.motion.of(rig.loop.motion)
-    stroke = TrapezoidalAcceleration(chosen.stroke, chosen.speed, chosen.acceleration, chosen.tj)
-    start = rig.model.home
-    pieces = [Piece(Hold(start, rig.approach.hold_before), in_motion=False)]
-    pieces += [Piece(OutAndBack(start, stroke), in_motion=True)] * rig.loop.repeat
-    pieces += [Piece(Hold(start, rig.approach.hold_after), in_motion=False)]
+    chosen, around = choose_motion(rig, controller.model), rig.approach
+    again = []
+    if not chosen.is_closed:
+        back = SmoothMove.within(chosen.end, chosen.start, speed=around.speed, acceleration=around.acceleration)
+        again = [Piece(back), Piece(Hold(chosen.start, around.hold_before))]
+    once = Piece(chosen.motion, in_motion=True)
+    pieces = [Piece(Hold(chosen.start, around.hold_before)), once]
+    pieces += [*again, once] * (rig.loop.repeat - 1)
+    pieces += [Piece(Hold(chosen.end, around.hold_after))]
     return _checked(controller, pieces, period_ns(rig))
 
 
 def plan_approach(
-    rig: Rig, controller: Controller, stands_at: tuple[float, float], breathe: Callable[[], None]
+    rig: Rig,
+    controller: Controller,
+    stands_at: tuple[float, float],
+    start: tuple[float, float],
+    breathe: Callable[[], None],
 ) -> list[ReferenceTable]:
     """A smooth move from where the machine stands to the start of the motion, held against the limits.
 
@@ -71,6 +81,7 @@ def plan_approach(
         rig: The configuration.
         controller: Its model and limits.
         stands_at: Where the machine stands, (x, y) [m].
+        start: Where the motion starts, (x, y) [m].
         breathe: Called after each slice, to serve the bus.
 
     Returns:
@@ -80,7 +91,7 @@ def plan_approach(
         ReachError, LimitExceeded: The way leaves what the machine may do.
     """
     around = rig.approach
-    move = SmoothMove.within(stands_at, rig.model.home, speed=around.speed, acceleration=around.acceleration)
+    move = SmoothMove.within(stands_at, start, speed=around.speed, acceleration=around.acceleration)
     slices = []
     for part in _excerpts(move, SLICE * period_ns(rig) / 1e9):
         slices.append(_checked(controller, [Piece(part, in_motion=False)], period_ns(rig)))

@@ -23,6 +23,14 @@ CYCLES_FILE: Final = "cycles.parquet"
 TRUTH_FILE: Final = "truth.parquet"
 BUS_FILE: Final = "bus.log"
 PICTURE_FILE: Final = "run.png"
+FORMAT: Final = 1
+"""Of run.json and the tables beside it; raised when a program that reads the one would not understand the other."""
+DONE: Final = "done"
+"""How a run that nothing stopped has ended."""
+RUN: Final = "run"
+"""The kind of record that `torquerig run` writes."""
+SIM: Final = "sim"
+"""The kind of record that simulated drives write."""
 _FRAME: Final = Struct("<qIBB8s")  # time [ns], identifier, flags, length, data
 _REMOTE: Final = 1
 _EXTENDED: Final = 2
@@ -181,7 +189,8 @@ def write_run(path: Path, facts: Mapping[str, Any]) -> None:
         path: The file.
         facts: Anything that JSON can hold; a number that is none becomes null.
     """
-    text = json.dumps({**facts, "versions": versions()}, indent=2, ensure_ascii=False, default=str, allow_nan=False)
+    whole = {"format": FORMAT, **facts, "versions": versions()}
+    text = json.dumps(whole, indent=2, ensure_ascii=False, default=str, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
 
 

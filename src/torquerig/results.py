@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from torquerig import building
 from torquerig.configuration import DEFAULT, Configuration
 from torquerig.control.laws import law_named
 from torquerig.control.log import LoopLog
@@ -17,6 +18,7 @@ from torquerig.driver.bus.url import LOCKSTEP
 from torquerig.record import (
     BUS_FILE,
     CYCLES_FILE,
+    RUN,
     RUN_FILE,
     TRUTH_FILE,
     BusLog,
@@ -24,7 +26,7 @@ from torquerig.record import (
     write_run,
     write_table,
 )
-from torquerig.summary import Conditions, Summary, summarise
+from torquerig.summary import Conditions, Summary, UsedGains, motion_name, summarise
 from torquerig.truth import at_instants, columns_of
 
 
@@ -63,13 +65,14 @@ class Results:
         log, settings = self.log, self.configuration.rig
         if log is None:
             return None
-        motion = settings.loop.motion
+        motion, law = motion_name(settings.loop.motion), settings.loop.law
+        gains = UsedGains(building.gains_motion(settings), *map(float, building.gains(settings)))
         return summarise(
-            Conditions(settings.loop.law, motion, self._plant(), settings.bus.url, settings.loop.rate_hz),
+            Conditions(law, motion, gains, self._plant(), settings.bus.url, settings.loop.rate_hz),
             log,
             bus_load=self.bus_log.load(log.start_ns, log.start_ns + log.rows * log.period_ns, settings.bus.bitrate),
             true_position_rmse_mm=self._true_rmse_mm(log),
-            thesis=law_named(settings.loop.law).published.get(motion),
+            thesis=law_named(law).published.get(motion) if isinstance(motion, int) else None,
         )
 
     def write(self, place: Path, how_it_ended: str) -> None:
@@ -81,9 +84,16 @@ class Results:
         """
         summary = self.summary()
         facts = {
+            "kind": RUN,
             "started": self.started.isoformat(),
             "ended": how_it_ended,
             "time_zero_ns": self.epoch_ns,
+            "loop": self.log
+            and {
+                "start_ns": self.log.start_ns,
+                "period_ns": self.log.period_ns,
+                "planned_cycles": len(self.log.due_ns),
+            },
             "notes": self.notes,
             "counters": self.counters,
             "summary": summary and summary.as_json(),

@@ -4,7 +4,7 @@ The values themselves, their units and their sources stand in rig.toml, the ship
 so that no model has a default of its own.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -19,6 +19,15 @@ Point = tuple[Finite, Finite]
 EachPositive = tuple[Positive, Positive, Positive]
 EachNotNegative = tuple[NotNegative, NotNegative, NotNegative]
 Branch = Literal[-1, 1]
+CIRCLE: Final = "circle"
+CORNER: Final = "corner"
+TrajectoryName = Annotated[
+    str, Field(pattern=r"(?i)\.csv$", description="the name of a trajectory file, which ends in .csv")
+]
+Signs = tuple[Branch, Branch, Branch]
+Leg = Literal[1, 2, 3]
+PulseCount = Annotated[int, Field(ge=4)]
+EachLeg = tuple[Leg, Leg, Leg]
 
 
 class Table(BaseModel):
@@ -38,14 +47,14 @@ class Loop(Table):
     """What the control loop does, and when."""
 
     law: str
-    motion: Literal[1, 2]
+    motion: Literal[1, 2, "circle", "corner"] | TrajectoryName
+    gains: Literal["auto", 1, 2]
     rate_hz: Annotated[float, Field(ge=1, le=4000)]
     command_after: Literal["auto", "computed"] | Annotated[float, Field(ge=0, le=1000)]
     rpdo_type: Literal[1, 255]
     group_rpdo: bool
     repeat: Annotated[int, Field(ge=1, le=1000)]
-    estimator: Literal["backward-difference", "moving-window"]
-    window: Annotated[int, Field(ge=1, le=1000)]
+    estimator: str
     friction_feedforward: Literal["law"] | bool
     stiction_feedforward: Annotated[float, Field(ge=0, le=1.63)]
     spin: Annotated[float, Field(ge=0, le=1e-3)]
@@ -70,14 +79,38 @@ class Motion(Table):
     tj: Annotated[float, Field(ge=0, le=1)]
 
 
+class CircleMotion(Table):
+    """Laps of a circle."""
+
+    centre: Point
+    radius: Annotated[float, Field(gt=0, le=0.1)]
+    laps: Annotated[int, Field(ge=1, le=1000)]
+    clockwise: bool
+    speed: Annotated[float, Field(gt=0, le=2)]
+    acceleration: Annotated[float, Field(gt=0, le=100)]
+    tj: Annotated[float, Field(ge=0, le=1)]
+
+
+class CornerMotion(Table):
+    """Laps of a closed path of straight sides."""
+
+    corners: Annotated[tuple[Point, ...], Field(min_length=2, max_length=100)]
+    laps: Annotated[int, Field(ge=1, le=1000)]
+    speed: Annotated[float, Field(gt=0, le=2)]
+    acceleration: Annotated[float, Field(gt=0, le=100)]
+    tj: Annotated[float, Field(ge=0, le=1)]
+
+
 class Motions(Table):
-    """The test motions."""
+    """The test motions and the built-in ones."""
 
     motion1: Motion = Field(alias="1")
     motion2: Motion = Field(alias="2")
+    circle: CircleMotion
+    corner: CornerMotion
 
     def of(self, number: int) -> Motion:
-        """The motion of this number, 1 or 2."""
+        """The test motion of this number, 1 or 2."""
         return {1: self.motion1, 2: self.motion2}[number]
 
 
@@ -105,6 +138,7 @@ class Limits(Table):
     workspace_x: Point
     workspace_y: Point
     conditioning: Annotated[float, Field(gt=0, lt=1)]
+    singularity_distance: NotNegative
     joint_speed: Positive
     position_error: Positive
     torque: Annotated[float, Field(gt=0, le=1.63)]
@@ -131,6 +165,7 @@ class Axis(Table):
     counts_per_nm_positive: Positive
     counts_per_nm_negative: Positive
     encoder_counts: Annotated[int, Field(ge=4)]
+    encoder_zero: Annotated[float, Field(ge=-7, le=7)]
     gear: Positive
     eds: Annotated[str, Field(min_length=1)] | None = None
     torque_constant: Positive | None = None
@@ -182,6 +217,24 @@ class Plant(Links):
     current_lag: Annotated[float, Field(ge=0, le=0.1)]
 
 
+class CalibrationFile(Table):
+    """Where the values are that were calibrated."""
+
+    file: str
+
+
+class Installation(Table):
+    """How the simulated machine is wired and coupled in truth, axis by axis."""
+
+    motors: EachLeg
+    encoders: EachLeg
+    torque_sign: Signs
+    encoder_sign: Signs
+    encoder_counts: tuple[PulseCount, PulseCount, PulseCount]
+    gear_factor: EachPositive
+    coupling: EachPositive
+
+
 class Simulator(Table):
     """Which machine is simulated, and how finely."""
 
@@ -189,6 +242,8 @@ class Simulator(Table):
     step: Annotated[float, Field(gt=0, le=1e-4)]
     record_period: Annotated[float, Field(ge=1e-4, le=1)]
     fifo_priority: FifoPriority
+    stands_at: Point | None = None
+    installation: Installation
 
 
 class Drive(Table):
@@ -203,6 +258,22 @@ class Drive(Table):
     reaction: Delay
 
 
+class Bench(Table):
+    """The torque calibration bench: a locked rotor against a torque transducer."""
+
+    node_id: NodeId
+    sign: Branch
+    stale: Annotated[float, Field(ge=1e-3, le=10)]
+    eds: Annotated[str, Field(min_length=1)] | None = None
+    friction: NotNegative
+    range: Positive
+    noise: NotNegative
+    offset: Finite
+    rate_hz: Annotated[float, Field(ge=1, le=10_000)]
+    fault: Literal["none", "dead", "saturated", "disconnected", "reversed"]
+    seed: Annotated[int, Field(ge=0)]
+
+
 class Rig(Table):
     """The whole configuration."""
 
@@ -211,10 +282,13 @@ class Rig(Table):
     approach: Approach
     motion: Motions
     laws: dict[str, Law] = {}
+    estimators: dict[str, dict[str, int | Finite]] = {}
     limits: Limits
     master: Master
     axes: Axes
     model: Model
+    calibration: CalibrationFile
     simulator: Simulator
     drive: Drive
+    bench: Bench
     plant: dict[str, Plant]

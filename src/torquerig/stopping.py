@@ -1,12 +1,14 @@
 """SIGINT and SIGTERM as one exception, raised once: what it unwinds is then left in peace to end in order."""
 
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+_AGAIN_S: Final = 0.01  # until a dropped exception is raised again, by SIGALRM
 
 
 class Stopped(KeyboardInterrupt):
@@ -33,7 +35,8 @@ class Stopped(KeyboardInterrupt):
 def orderly_stop() -> Iterator[None]:
     """Turn the first SIGINT or SIGTERM into `Stopped`; further ones do not disturb the way out.
 
-    To be entered in the main thread only, as signal handlers are.
+    Python drops an exception that is raised while an object is finalised: then it is raised again, a moment later. To
+    be entered in the main thread only, as signal handlers are.
 
     Yields:
         Nothing.
@@ -41,18 +44,30 @@ def orderly_stop() -> Iterator[None]:
     Raises:
         Stopped: In the code inside, when a signal comes.
     """
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    before = {number: signal.getsignal(number) for number in (*_SIGNALS, signal.SIGALRM)}
+    hook = sys.unraisablehook
+    asked: list[int] = []
 
     def stop(number: int, _frame: FrameType | None) -> None:
         for each in _SIGNALS:
             signal.signal(each, signal.SIG_IGN)
-        raise Stopped(number)
+        asked.append(number)
+        raise Stopped(asked[0])
 
-    for number in _SIGNALS:
+    def drop(dropped: "sys.UnraisableHookArgs") -> None:
+        if isinstance(dropped.exc_value, Stopped):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        else:
+            hook(dropped)
+
+    for number in before:
         signal.signal(number, stop)
+    sys.unraisablehook = drop
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -1,8 +1,10 @@
 """What a run comes to: the numbers of its summary, and the object that --json prints."""
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,19 +21,36 @@ from torquerig.control.tracking import (
 
 
 @dataclass(frozen=True, slots=True)
+class UsedGains:
+    """The gains of the law in a run.
+
+    Attributes:
+        motion: The test motion that they are for; in another motion they are borrowed.
+        kp: On the position error, in the law's unit.
+        kv: On the velocity error, in the law's unit.
+    """
+
+    motion: int
+    kp: float
+    kv: float
+
+
+@dataclass(frozen=True, slots=True)
 class Conditions:
     """What was run.
 
     Attributes:
         law: Name of the law.
-        motion: Number of the motion.
+        motion: Number or name of the motion; of a trajectory the file's.
+        gains: The law's gains.
         plant: Name of the simulated plant; None where it is not known.
         bus: The bus URL.
         rate_hz: Cycles a second.
     """
 
     law: str
-    motion: int
+    motion: int | str
+    gains: UsedGains
     plant: str | None
     bus: str
     rate_hz: float
@@ -43,7 +62,8 @@ class Summary:
 
     Attributes:
         law: Name of the law.
-        motion: Number of the motion.
+        motion: Number or name of the motion; of a trajectory the file's.
+        gains: The law's gains.
         plant: Name of the simulated plant; None where it is not known.
         bus: The bus URL.
         rate_hz: Cycles a second.
@@ -60,7 +80,8 @@ class Summary:
     """
 
     law: str
-    motion: int
+    motion: int | str
+    gains: UsedGains
     plant: str | None
     bus: str
     rate_hz: float
@@ -74,6 +95,23 @@ class Summary:
     bus_load: float
     cycle_us: Percentiles
     thesis: Published | None
+
+    @classmethod
+    def from_json(cls, facts: Mapping[str, Any]) -> Self:
+        """The summary that `as_json` turned into this object.
+
+        Args:
+            facts: The object.
+
+        Returns:
+            The summary; a number that was none is NaN again.
+
+        Raises:
+            KeyError: Something is missing.
+        """
+        values = {field.name: _restored(facts[field.name], field.type) for field in fields(cls)}
+        thesis = facts["thesis"] and Published(**facts["thesis"], source="thesis, as the record has it")
+        return cls(**{**values, "thesis": thesis})
 
     def as_json(self) -> dict[str, Any]:
         """The summary as JSON holds it: a number that is none (no sample of the motion was run) becomes null."""
@@ -109,6 +147,7 @@ def summarise(
     return Summary(
         law=conditions.law,
         motion=conditions.motion,
+        gains=conditions.gains,
         plant=conditions.plant,
         bus=conditions.bus,
         rate_hz=conditions.rate_hz,
@@ -123,6 +162,23 @@ def summarise(
         cycle_us=work_us(log),
         thesis=thesis,
     )
+
+
+def motion_name(motion: int | str) -> int | str:
+    """What a summary calls a motion: its number or name; a trajectory by its file's name without the folders."""
+    return motion if isinstance(motion, int) else Path(motion).name
+
+
+def motion_in_words(motion: int | str) -> str:
+    """A motion in words: "motion 1", "circle", "square.csv"."""
+    return f"motion {motion}" if isinstance(motion, int) else Path(motion).name
+
+
+def _restored(value: Any, kind: Any) -> Any:  # noqa: ANN401  (whatever a field holds)
+    """A value of a field: NaN where a number must be and none is, an object where JSON has a table."""
+    if isinstance(value, Mapping) and isinstance(kind, type) and is_dataclass(kind):
+        return kind(**{field.name: _restored(value[field.name], field.type) for field in fields(kind)})
+    return math.nan if value is None and kind is float else value
 
 
 def _finite(value: object) -> object:

@@ -1,6 +1,6 @@
 """The simulator's own state as a table, and at the instants of the control loop."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +44,27 @@ def columns_of(truth: TruthRows) -> Iterator[Column]:
     for name, unit, parts in _VECTORS:
         for part, values in zip(parts, getattr(truth, name).T, strict=True):
             yield Column(f"{name}_{part}", unit, values)
+
+
+def rows_of(columns: Mapping[str, NDArray[Any]]) -> TruthRows:
+    """The simulator's log that gave these columns.
+
+    Args:
+        columns: Values by the column's name, shape (rows,) each.
+
+    Returns:
+        The log.
+
+    Raises:
+        KeyError: A column is missing.
+    """
+    vectors = {name: np.column_stack([columns[f"{name}_{part}"] for part in parts]) for name, _, parts in _VECTORS}
+    return TruthRows(columns["at_ns"], **vectors)
+
+
+def column_units() -> dict[str, str]:
+    """The unit of each column by its name."""
+    return {"at_ns": "ns"} | {f"{name}_{part}": unit for name, unit, parts in _VECTORS for part in parts}
 
 
 def at_instants(truth: TruthRows, instants_ns: NDArray[np.int64]) -> NDArray[np.float64]:

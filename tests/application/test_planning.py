@@ -17,8 +17,9 @@ FIELDS = ("position", "velocity", "acceleration", "q", "qd", "in_motion")
 def planned(rig, stands_at):
     breaths: list[int] = []
     controller = building.controller(rig)
-    approach = plan_approach(rig, controller, stands_at, lambda: breaths.append(1))
-    return join([*approach, plan_motion(rig, controller)]), len(breaths)
+    motion = plan_motion(rig, controller)
+    approach = plan_approach(rig, controller, stands_at, tuple(motion.position[0]), lambda: breaths.append(1))
+    return join([*approach, motion]), len(breaths)
 
 
 @pytest.mark.parametrize("stands_at", [(0.092, 0.062), (0.0925, 0.0615), (0.11, 0.08)])
@@ -53,4 +54,4 @@ def test_only_the_motions_samples_count():
 def test_an_approach_from_outside_the_workspace_is_refused():
     rig = load_configuration().rig
     with pytest.raises(LimitExceeded, match="workspace limit: x"):
-        plan_approach(rig, building.controller(rig), (0.135, 0.062), breathe=lambda: None)
+        plan_approach(rig, building.controller(rig), (0.135, 0.062), rig.model.home, breathe=lambda: None)

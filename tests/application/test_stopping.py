@@ -2,6 +2,9 @@
 
 import os
 import signal
+import sys
+import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -30,6 +33,33 @@ def test_a_second_signal_does_not_disturb_the_way_out():
     with pytest.raises(Stopped):
         interrupted_thrice(reached)
     assert reached == ["end"]
+
+
+class SignalledWhileFinalised:
+    """Python drops what is raised in here."""
+
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+def test_a_signal_that_falls_into_a_finaliser_is_not_lost():
+    def run():
+        with orderly_stop():
+            SignalledWhileFinalised()
+            time.sleep(20)
+
+    began = time.monotonic()
+    with pytest.raises(Stopped, match="stopped by SIGTERM"):
+        run()
+    assert time.monotonic() - began < 10
+
+
+def test_other_things_that_python_drops_are_told_as_before(monkeypatch):
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    with orderly_stop():
+        sys.unraisablehook(SimpleNamespace(exc_value=ValueError("mine")))
+    assert [str(each.exc_value) for each in told] == ["mine"]
 
 
 def test_the_handlers_of_before_come_back():

@@ -27,13 +27,22 @@ class Entry(NamedTuple):
 COMMANDS: Final = {
     "run": Entry("torquerig.cli.run", "Run the closed loop once; with no options the thesis' experiment, simulated."),
     "sim": Entry("torquerig.cli.sim", "Be the three simulated drives and their machine on a bus, until Ctrl-C."),
+    "show": Entry("torquerig.cli.show", "Tabulate and draw a record."),
+    "compare": Entry("torquerig.cli.compare", "Set several records side by side: figures, ratios, and a picture."),
     "nodes": Entry("torquerig.cli.nodes", "Scan a bus: node-id, state, identity and device name."),
     "stop": Entry("torquerig.cli.stop", "Bring all drives to zero torque and disable them."),
     "reset": Entry("torquerig.cli.reset", "Clear the drives' faults."),
     "sdo": Entry("torquerig.cli.sdo", "Read or write one object of a drive."),
+    "maps": Entry("torquerig.cli.maps", "Draw stiffness, force transmission and singularities over the workspace."),
+    "reproduce": Entry("torquerig.cli.reproduce", "Run all experiments of the thesis and write a report on them."),
+    "fit-plant": Entry("torquerig.cli.fit_plant", "Fit a simulated plant to the thesis' sixteen errors."),
+    "estimators": Entry("torquerig.cli.estimators", "Compare the estimators of joint rates: noise, delay, the loop."),
     "dbc": Entry("torquerig.cli.dbc", "Write a DBC of all frames on the rig's bus."),
     "pcap": Entry("torquerig.cli.pcap", "Convert a record's bus.log into a pcap file for Wireshark."),
+    "calibrate": Entry("torquerig.cli.calibrate", "Measure the rig: signs, home, torque, friction, delays, model."),
     "busload": Entry("torquerig.cli.busload", "Tell what fits on a bus: drives, PDOs, rate and bit rate."),
+    "jog": Entry("torquerig.cli.jog", "Move a joint or the end-effector by a small amount, under low limits."),
+    "hold": Entry("torquerig.cli.hold", "Hold the machine where it stands, under low limits."),
     "config": Entry("torquerig.cli.config", "Print the effective configuration, every value with its source."),
 }
 

@@ -1,6 +1,6 @@
 """Options that several commands share, and the configuration they give."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -12,9 +12,12 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 _KEYS: Final = {
     "bus": "bus.url",
+    "calibration": "calibration.file",
     "law": "loop.law",
     "motion": "loop.motion",
+    "trajectory": "loop.motion",
     "plant": "simulator.plant",
+    "estimator": "loop.estimator",
     "rate": "loop.rate_hz",
     "repeat": "loop.repeat",
     "friction_feedforward": "loop.friction_feedforward",
@@ -36,8 +39,14 @@ bus_option = click.option(
 a_bus_option = click.option(
     "--bus", metavar="URL", required=True, help="unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can."
 )
+calibration_option = click.option(
+    "--calibration", metavar="FILE", help="A calibration.toml of `torquerig calibrate`, whose values win over --config."
+)
 plant_option = click.option(
     "--plant", metavar="NAME", help="The simulator's true machine: ideal, identified, fitted, or one of your own."
+)
+estimator_option = click.option(
+    "--estimator", metavar="NAME", help="How joint rates are estimated: see `torquerig estimators`."
 )
 record_option = click.option(
     "--record",
@@ -47,11 +56,28 @@ record_option = click.option(
     help="Write a record into this new or empty folder.",
 )
 
+
+def _motion(_context: click.Context, _parameter: click.Parameter, value: str | None) -> int | str | None:
+    """The value of --motion: a number where it is one."""
+    return int(value) if value is not None and value.isdecimal() else value
+
+
 _RUN_OPTIONS: Final = (
     bus_option,
     click.option("--law", metavar="NAME", help="decoupled-pd, coupled-pd, augmented-pd or computed-torque."),
-    click.option("--motion", metavar="1|2", type=int, help="Test motion of the thesis."),
+    click.option(
+        "--motion",
+        metavar="1|2|circle|corner",
+        callback=_motion,
+        help="Test motion of the thesis, or a built-in one: [motion.circle], [motion.corner].",
+    ),
+    click.option(
+        "--trajectory",
+        metavar="FILE.csv",
+        help="Instead of a motion, a file with the columns time,x,y [s, m]; see docs/motions.md.",
+    ),
     plant_option,
+    estimator_option,
     click.option("--rate", metavar="HZ", type=float, help="Cycles a second."),
     click.option("--repeat", metavar="N", type=int, help="How often the motion is run."),
     click.option(
@@ -61,7 +87,15 @@ _RUN_OPTIONS: Final = (
         help="Feed the model's viscous friction forward, or not; default: as the law has it.",
     ),
     config_option,
+    calibration_option,
 )
+
+
+def picture_option(words: str) -> Callable[[Command], Command]:
+    """The option that says where the picture goes, with its help."""
+    return click.option(
+        "--picture", "picture_file", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False), help=words
+    )
 
 
 def run_options(command: Command) -> Command:
@@ -71,11 +105,21 @@ def run_options(command: Command) -> Command:
     return command
 
 
-def configure(config_file: Path | None, **options: object) -> Configuration:
+def simulation_options(command: Command) -> Command:
+    """Add the options that change the configuration of a simulated run: all but the bus."""
+    for option in reversed([each for each in _RUN_OPTIONS if each is not bus_option]):
+        command = option(command)
+    return command
+
+
+def configure(
+    config_file: Path | None, beneath: Mapping[str, object] | None = None, /, **options: object
+) -> Configuration:
     """The effective configuration: defaults, then the file, then the options.
 
     Args:
         config_file: The file of --config.
+        beneath: Values by dotted key that win over the file, but not over the options.
         options: Values by option name; None where the option was not given.
 
     Returns:
@@ -83,6 +127,9 @@ def configure(config_file: Path | None, **options: object) -> Configuration:
 
     Raises:
         ConfigurationError: If it cannot be used.
+        click.UsageError: If two options say the same.
     """
+    if options.get("motion") is not None and options.get("trajectory") is not None:
+        raise click.UsageError("give either --motion or --trajectory")
     given = {_KEYS[name]: value for name, value in options.items() if value is not None}
-    return load_configuration(config_file, given, origin="command line")
+    return load_configuration(config_file, {**(beneath or {}), **given}, origin="command line")

@@ -1,0 +1,83 @@
+"""What the application adds to the latency procedure."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from torquerig.calibrating.figure import COLOURS, INK, drawn
+from torquerig.calibrating.offer import Offer, Option, Request
+from torquerig.calibration.latency import Drawing, LatencyProcedure
+from torquerig.calibration.procedure import Result
+from torquerig.configuration import Configuration
+from torquerig.driver.wire.pdo import EVENT_PROFILE
+from torquerig.errors import ConfigurationError
+
+
+def make(configuration: Configuration, request: Request) -> LatencyProcedure:
+    """The procedure for a rig.
+
+    Raises:
+        ConfigurationError: An option is out of range.
+    """
+    rig = configuration.rig
+    torque, steps = request.options["torque"], request.options["steps"]
+    if not 0 < torque <= rig.limits.torque:
+        raise ConfigurationError(
+            f"--torque {torque:g} N·m cannot be: above 0, at most limits.torque = {rig.limits.torque:g}"
+        )
+    if not 40 <= steps <= 10_000:
+        raise ConfigurationError(f"--steps {steps} cannot be: 40 to 10000")
+    at_sync = rig.loop.rpdo_type != EVENT_PROFILE
+    return LatencyProcedure(torque, steps, rig.bus.bitrate, at_sync, request.axes)
+
+
+def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
+    """What the simulated drives need."""
+    rig = configuration.rig
+    plant = rig.plant[rig.simulator.plant]
+    return {
+        "sample_us": 1e6 * rig.drive.sample,
+        "reaction_us": 1e6 * rig.drive.reaction,
+        "lag_us": 1e6 * plant.current_lag,
+    }
+
+
+def draw(result: Result, title: str, path: Path) -> None:
+    """The step responses at equivalent times, and the answers to SYNC."""
+    drawing = result.drawing
+    assert isinstance(drawing, Drawing)  # noqa: S101  (its own procedure's)
+    with drawn(path, title) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1.6, 1))
+        left.set_title("What the SYNC caught of a torque step (lines: fit)")
+        for place, colour in enumerate(COLOURS):
+            left.plot(1e6 * drawing.x[1:], drawing.steps.share[1:, place], ".", color=colour, label=f"axis {place + 1}")
+            response = drawing.responses[place]
+            if response is not None:
+                x = np.linspace(response.delay.value, float(drawing.x.max()), 200)
+                left.plot(
+                    1e6 * x, -np.expm1(-(x - response.delay.value) / response.lag.value), color=colour, linewidth=1
+                )
+        left.set_xlabel("from the command to the drive's sample [µs]")
+        left.set_ylabel("share of the step")
+        left.legend(loc="lower right")
+        right.set_title("From SYNC to TPDO")
+        answers = 1e6 * drawing.steps.answers
+        for place, colour in enumerate(COLOURS):
+            right.plot(answers[:, place], ".", markersize=4, color=colour)
+            right.text(0, float(answers[:, place].mean()), f" axis {place + 1}", va="bottom", color=INK)
+        right.set_ylim(bottom=0.0)
+        right.set_xlabel("cycle")
+        right.set_ylabel("[µs]")
+
+
+OFFER: Final = Offer(
+    make=make,
+    draw=draw,
+    truth=truth,
+    options=(
+        Option("torque", float, 0.01, "Height of the steps to each side [N·m at the motor].", "NM"),
+        Option("steps", int, 200, "How many steps.", "N"),
+    ),
+)

@@ -1,0 +1,127 @@
+"""What the application adds to the procedure for encoder zeros."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from torquerig import building
+from torquerig.calibrating.identify import task_controller
+from torquerig.calibrating.offer import Offer, Option, Request
+from torquerig.calibrating.zeros_figure import draw
+from torquerig.calibration.driving import prepare
+from torquerig.calibration.encoder_zeros import Driven, Recorded, ZerosProcedure
+from torquerig.calibration.excitation import FourierMotion
+from torquerig.configuration import Configuration
+from torquerig.errors import ConfigurationError
+from torquerig.experiment import rehearse
+from torquerig.records import open_record
+from torquerig.schema import Rig
+
+LEGS: Final = 3
+PERIODS: Final = 4
+PEAKS: Final = (1.2990, 1.5851)
+"""Greatest values of sin u - sin 2u / 2 and of sin 2u - 2/3 sin 3u, the figure's x and y."""
+
+
+def make(configuration: Configuration, request: Request) -> ZerosProcedure:
+    """The procedure for a rig.
+
+    Raises:
+        ConfigurationError: An option is out of range, or two do not go together.
+        RecordError: The record cannot be read.
+    """
+    rig, options = configuration.rig, request.options
+    if request.axis is not None:
+        raise ConfigurationError("--axis cannot be: the zeros of all axes follow together from the legs' closing")
+    extent, seconds, torque, tolerance = (options[name] for name in ("extent", "seconds", "torque", "tolerance"))
+    if not 0.1 <= extent <= 30:
+        raise ConfigurationError(f"--extent {extent:g} mm cannot be: 0.1 to 30")
+    if not 1 <= seconds <= 600:
+        raise ConfigurationError(f"--seconds {seconds:g} cannot be: 1 to 600")
+    if not 0 < torque <= rig.limits.torque:
+        raise ConfigurationError(
+            f"--torque {torque:g} N·m cannot be: above 0 and at most limits.torque = {rig.limits.torque:g}"
+        )
+    if not 0 < tolerance <= 5:
+        raise ConfigurationError(f"--tolerance {tolerance:g} mm cannot be: above 0 and at most 5")
+    if options["record"] is not None and options["by_hand"]:
+        raise ConfigurationError("--record and --by-hand cannot be together: a record has been moved already")
+    controller = task_controller(rig, torque)
+    driven = None
+    if options["record"] is None and not options["by_hand"]:
+        motion = figure(rig.model.home, extent / 1e3, seconds)
+        driven = Driven(motion, prepare(controller, motion, building.period_ns(rig)))
+        rehearse(controller, driven.table)
+    return ZerosProcedure(
+        controller,
+        driven,
+        seconds,
+        torque,
+        building.sampling(rig).resolution,
+        _zeros(rig if options["record"] is None else open_record(options["record"]).rig()),
+        tolerance / 1e3 if options["geometry"] else None,
+        None if options["record"] is None else f"the record {options['record']}",
+    )
+
+
+def figure(home: tuple[float, float], extent: float, seconds: float) -> FourierMotion:
+    """A slow figure about home that turns the closure's direction as much as its extent allows, from rest to rest."""
+    x, y = (extent / peak for peak in PEAKS)
+    still = (0.0, 0.0, 0.0)
+    return FourierMotion(home, seconds / PERIODS, PERIODS, ((x, -x / 2, 0.0), (0.0, y, -2 * y / 3)), (still, still))
+
+
+def recorded(_configuration: Configuration, request: Request) -> Recorded | None:
+    """The joint angles of the record that was asked for.
+
+    Raises:
+        RecordError: It cannot be read, or has no cycles.
+    """
+    place = request.options["record"]
+    if place is None:
+        return None
+    log = open_record(place).cycles()
+    whole = log.complete[: log.rows] & ~log.skipped[: log.rows]
+    return Recorded(log.period_ns * 1e-9, np.where(whole[:, None], log.q[: log.rows], np.nan))
+
+
+def truth(configuration: Configuration, request: Request) -> Mapping[str, Any]:
+    """What the simulated encoders would have to have added, half a count for their rounding down included."""
+    rig = configuration.rig
+    if request.options["record"] is not None:
+        return {}
+    model = building.manipulator(rig.model, rig.model)
+    told = model.inverse_kinematics(rig.model.home).theta
+    stands = model.inverse_kinematics(rig.simulator.stands_at or rig.model.home).theta
+    return {"zeros_deg": [_missing(*each) for each in zip(told, stands, rig.axes.legs, strict=True)]}
+
+
+def _missing(told: float, stands: float, axis: Any) -> float:  # noqa: ANN401  (an axis' table)
+    """True joint angle less what the homed encoder tells, in the mean over the angles of a count [deg]."""
+    count = axis.sign * math.tau / (axis.encoder_counts * axis.gear)
+    edge = math.floor(axis.sign * stands / abs(count))
+    return math.degrees((edge + 0.5 - round(told / count)) * count)
+
+
+def _zeros(rig: Rig) -> tuple[float, float, float]:
+    a, b, c = (axis.encoder_zero for axis in rig.axes.legs)
+    return a, b, c
+
+
+OFFER: Final = Offer(
+    make=make,
+    draw=draw,
+    truth=truth,
+    recorded=recorded,
+    options=(
+        Option("record", str, None, "Evaluate this record's motion; nothing moves.", "DIR"),
+        Option("by-hand", bool, default=False, help="Record while a person moves the machine; drives at zero torque."),
+        Option("extent", float, 10.0, "Of the driven figure about home, both ways [mm].", "MM"),
+        Option("seconds", float, 20.0, "How long the motion lasts [s].", "S"),
+        Option("torque", float, 0.45, "To which motor torques are cut [N·m at the motor].", "NM"),
+        Option("geometry", bool, default=False, help="Seek link lengths and base points too; they are reported only."),
+        Option("tolerance", float, 0.05, "Standard deviation of lengths and points from the drawing [mm].", "MM"),
+    ),
+)

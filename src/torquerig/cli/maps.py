@@ -1,0 +1,41 @@
+"""`torquerig maps`: what redundancy gives, over the workspace."""
+
+from pathlib import Path
+
+import click
+
+from torquerig.cli.options import config_option, configure
+
+
+@click.command("maps")
+@config_option
+@click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("maps"),
+    show_default=True,
+    help="The folder for the pictures; made if need be.",
+)
+def command(config_file: Path | None, folder: Path) -> None:
+    """Draw stiffness, force transmission and singularities over the workspace.
+
+    For the machine of the configuration's [model], driven by three legs and by any two: stiffness.png (thesis, Figure
+    2.2), transmission.png (Figure 2.3) and singularities.png.
+    """
+    from torquerig.building import manipulator  # noqa: PLC0415  (after the options: a wrong one is told at once)
+    from torquerig.maps import singularity_figure, stiffness_figure, transmission_figure  # noqa: PLC0415
+
+    geometry = configure(config_file).rig.model
+    model = manipulator(geometry, geometry)
+    pictures = (("stiffness", stiffness_figure), ("transmission", transmission_figure))
+    for name, draw in (*pictures, ("singularities", singularity_figure)):
+        path = folder / f"{name}.png"
+        figure = draw(model)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, facecolor="white")
+        except OSError as error:
+            raise click.BadParameter(f"{path} cannot be written: {error.strerror}", param_hint="--out") from error
+        click.echo(path)

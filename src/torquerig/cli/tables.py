@@ -1,0 +1,51 @@
+"""A run's numbers as tables for a person."""
+
+import math
+
+from rich.markup import escape
+from rich.table import Table
+
+from torquerig.record_figures import Figure
+from torquerig.summary import Summary, motion_in_words
+
+
+def title_of(summary: Summary) -> str:
+    """What the picture is a picture of."""
+    plant = f", plant {summary.plant}" if summary.plant else ""
+    return f"{summary.law}, {motion_in_words(summary.motion)}, {summary.rate_hz:g} Hz{plant}"
+
+
+def summary_table(summary: Summary) -> Table:
+    """The summary beside the thesis' row."""
+    table = Table(title=escape(title_of(summary)), title_justify="left")
+    table.add_column("")
+    for heading in ("this run", "thesis", "ratio"):
+        table.add_column(heading, justify="right")
+    thesis = summary.thesis
+    _compare(table, "position RMSE [mm]", summary.position_rmse_mm, thesis and thesis.position_rmse_mm)
+    if summary.true_position_rmse_mm is not None:
+        _compare(table, "true position RMSE [mm]", summary.true_position_rmse_mm, None)
+    _compare(table, "velocity RMSE [m/s]", summary.velocity_rmse_m_s, thesis and thesis.velocity_rmse_m_s)
+    _compare(table, "peak torque [N·m]", summary.peak_torque_nm, None)
+    _compare(table, "rms torque [N·m]", summary.rms_torque_nm, None)
+    gains, cycle = summary.gains, summary.cycle_us
+    borrowed = "" if gains.motion == summary.motion else f" (motion {gains.motion}'s)"
+    table.add_row(escape(f"gains{borrowed}: kp, kv"), f"{gains.kp:g}, {gains.kv:g}")
+    table.add_row("late cycles", f"{summary.overruns} of {summary.cycles}")
+    table.add_row("bus load", f"{100 * summary.bus_load:.1f} %")
+    table.add_row(escape("work a cycle [µs]: p50, p99, max"), f"{cycle.p50:.0f}, {cycle.p99:.0f}, {cycle.max:.0f}")
+    return table
+
+
+def _compare(table: Table, words: str, ours: float, theirs: float | None) -> None:
+    """Add a row with our number, the thesis' and their ratio."""
+    shown = "-" if math.isnan(ours) else f"{ours:.4f}"
+    if theirs is None:
+        table.add_row(escape(words), shown)
+    else:
+        table.add_row(escape(words), shown, f"{theirs:.4f}", f"{ours / theirs:.2f}")
+
+
+def number(figure: Figure) -> str:
+    """A figure's number with its digits; "-" where there is none."""
+    return "-" if math.isnan(figure.value) else f"{figure.value:.{figure.digits}f}"

@@ -1,0 +1,1 @@
+"""Plant parameters that explain the thesis' sixteen errors best: `torquerig fit-plant`."""
