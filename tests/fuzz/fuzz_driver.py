@@ -22,12 +22,12 @@ from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.device_sim.plant.rotor import BareRotor
 from torquerig.driver.bus.lockstep import LockstepBus
 from torquerig.driver.errors import TorqueRigError
-from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.profile import FirstWrite, TorqueReference, Watchdogs, load_profile
 from torquerig.driver.master.profile import parse_address as _address
 from torquerig.driver.master.scale import AxisSettings
 from torquerig.driver.master.scan import scan
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.stop import reset, stop
 
 Mood = Callable[[], None]
