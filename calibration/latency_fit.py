@@ -1,0 +1,105 @@
+"""From answers at equivalent times to a delay and a lag.
+
+A torque is commanded a little before a SYNC, by another while each time. What the SYNC catches of the step is
+
+    y = 0 for x < d,  y = 1 - exp(-(x - d) / lag) from then on
+
+where x is the time from the command to the drive's sample. So -ln(1 - y) is a straight line of x, whose slope is
+1 / lag and which meets zero at d.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from torquerig.calibration.procedure import CONFIDENCE
+
+Vector = NDArray[np.float64]
+
+RISING: Final = (0.05, 0.92)
+"""Where the line is fitted: below it rounding, above it the logarithm of rounding would count."""
+_LEAST_POINTS: Final = 5
+
+
+class Interval(NamedTuple):
+    """A value and its interval of confidence.
+
+    Attributes:
+        value: The value.
+        low: Begin of the interval.
+        high: Its end.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+class Response(NamedTuple):
+    """How a torque follows its command.
+
+    Attributes:
+        delay: d [s].
+        lag: Of the current loop [s].
+    """
+
+    delay: Interval
+    lag: Interval
+
+
+def fit_response(x: Vector, y: Vector) -> Response | None:
+    """Delay and lag of a step response that was sampled at many times.
+
+    Args:
+        x: From the command to the sample, shape (n,) [s].
+        y: Which share of the step was there, shape (n,).
+
+    Returns:
+        Both; None when fewer than five samples lie on the rise.
+    """
+    low, high = RISING
+    rising = (y > low) & (y < high)
+    count = int(rising.sum())
+    if count < _LEAST_POINTS:
+        return None
+    # regressed on the logarithm: it carries the noise of the small step of time, x the command's own
+    height, when = -np.log1p(-y[rising]), x[rising]
+    design = np.column_stack([np.ones(count), height])
+    (delay, lag), *_ = np.linalg.lstsq(design, when, rcond=None)
+    residual = when - design @ (delay, lag)
+    variance = float(residual @ residual) / (count - 2)
+    deviation = np.sqrt(np.diag(np.linalg.inv(design.T @ design)) * variance)
+    half = float(student.ppf((1 + CONFIDENCE) / 2, count - 2)) * deviation
+    return Response(
+        Interval(float(delay), float(delay - half[0]), float(delay + half[0])),
+        Interval(float(lag), float(lag - half[1]), float(lag + half[1])),
+    )
+
+
+def latch_wait(before: Vector, frame: float, frames: int) -> Vector:
+    """How long a SYNC waits for the wire behind commands that were sent shortly before it.
+
+    It has the lowest identifier, so that it waits only for the frame that is being sent (CAN arbitration).
+
+    Args:
+        before: How long before the SYNC the commands were handed over, shape (n,) [s].
+        frame: Time of one command on the wire [s].
+        frames: How many there are.
+
+    Returns:
+        The wait, shape (n,) [s].
+    """
+    under_way = (before > 0) & (before < frames * frame)
+    wait: Vector = np.where(under_way, frame - np.mod(before, frame), 0.0)
+    return wait
+
+
+def mean_interval(values: Vector) -> Interval:
+    """Mean of independent values and its interval of confidence (Student's)."""
+    mean, count = float(values.mean()), len(values)
+    if count < 2:
+        return Interval(mean, float("nan"), float("nan"))
+    half = float(student.ppf((1 + CONFIDENCE) / 2, count - 1) * values.std(ddof=1) / np.sqrt(count))
+    return Interval(mean, mean - half, mean + half)

@@ -1,0 +1,203 @@
+"""`torquerig calibrate`: what it shows, what it asks, what it leaves, and what an abort leaves untouched."""
+
+import json
+import signal
+import tomllib
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+
+from torquerig.assembly import open_rig
+from torquerig.calibrating.catalogue import PROCEDURES, offer
+from torquerig.calibrating.conducting import Consent, Task, conduct
+from torquerig.calibrating.offer import Request
+from torquerig.calibration.procedure import Plan
+from torquerig.cli import main
+from torquerig.configuration import load_configuration
+from torquerig.control.errors import LimitExceeded
+from torquerig.device_sim.drive.fault_injection import Injection
+from torquerig.driver.errors import DriveFault
+from torquerig.driver.wire.cia402 import DriveState
+from torquerig.stopping import Stopped
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "160")
+    return tmp_path
+
+
+class Interrupter:
+    """A watcher that does something once a procedure is on its way."""
+
+    def __init__(self, act) -> None:
+        self.act = act
+        self.calls = 0
+
+    def advance(self, fraction: float, words: str) -> None:  # noqa: ARG002  (a watcher's)
+        self.calls += bool(fraction)
+        if self.calls == 60:
+            self.act()
+
+
+def prepared(seen: list, plan: Plan | None = None) -> Task:
+    """The latency procedure over a rig that is still there when it ended."""
+
+    @contextmanager
+    def watched(configuration, tap):
+        with open_rig(configuration, tap) as rig:
+            seen.append(rig.simulation)
+            yield rig
+
+    made = replace(offer("latency"), open_rig=watched)
+    task = Task.prepare("latency", made, load_configuration(), Request(None, {"torque": 0.01, "steps": 100}))
+    return task if plan is None else replace(task, plan=plan)
+
+
+def assert_without_torque(simulation) -> None:
+    drives = simulation.devices.nodes.values()
+    assert {drive.torque_demand for drive in drives} == {0.0}
+    assert {drive.state for drive in drives} <= {DriveState.SWITCH_ON_DISABLED, DriveState.FAULT}
+
+
+def raise_stopped() -> None:
+    raise Stopped(signal.SIGINT)
+
+
+def test_ctrl_c_in_the_middle_leaves_no_torque_and_the_old_calibration(tmp_path):
+    old = tmp_path / "calibration.toml"
+    old.write_text("[axes.1]\nsign = 1\n")
+    seen: list = []
+    with pytest.raises(Stopped):
+        conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(raise_stopped))
+    assert_without_torque(seen[0])
+    assert old.read_text() == "[axes.1]\nsign = 1\n"
+    assert [each.name for each in tmp_path.glob("calibration.toml*")] == ["calibration.toml"]
+    (record,) = (tmp_path / "calibration-data").iterdir()
+    facts = json.loads((record / "run.json").read_text())
+    assert facts["ended"] == "stopped by SIGINT"
+    assert (record / "cycles.parquet").exists()
+
+
+def test_a_drives_fault_in_the_middle_leaves_no_torque_and_the_old_calibration(tmp_path):
+    old = tmp_path / "calibration.toml"
+    old.write_text("[axes.1]\nsign = 1\n")
+    seen: list = []
+
+    def fault() -> None:
+        drive = seen[0].devices.nodes[2]
+        drive.inject(Injection.OVERCURRENT, seen[0].machine.now_ns)
+
+    with pytest.raises(DriveFault, match="drive 2"):
+        conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(fault))
+    assert_without_torque(seen[0])
+    assert old.read_text() == "[axes.1]\nsign = 1\n"
+
+
+@pytest.mark.parametrize(
+    ("bound", "words"),
+    [
+        ({"torque": 0.005}, "agreed torque limit: axis 1"),
+        ({"duration": 0.05}, "agreed duration limit"),
+    ],
+)
+def test_nothing_goes_beyond_what_was_agreed(tmp_path, bound, words):
+    seen: list = []
+    plan = prepared([]).plan
+    task = prepared(seen, replace(plan, bounds=replace(plan.bounds, **bound)))
+    with pytest.raises(LimitExceeded, match=words):
+        conduct(task, tmp_path, Consent("me", "test"), Interrupter(lambda: None))
+    assert_without_torque(seen[0])
+    assert not (tmp_path / "calibration.toml").exists()
+
+
+@pytest.mark.parametrize(("bound", "words"), [({"travel": 1e-4}, "agreed travel"), ({"speed": 1e-3}, "agreed speed")])
+def test_motion_beyond_what_was_agreed_stops_the_machine(tmp_path, bound, words):
+    made = offer("home")
+    request = Request(None, {each.name: each.default for each in made.options})
+    task = Task.prepare("home", made, load_configuration(), request)
+    task = replace(task, plan=replace(task.plan, bounds=replace(task.plan.bounds, **bound)))
+    with pytest.raises(LimitExceeded, match=words):
+        conduct(task, tmp_path, Consent("me", "test"), Interrupter(lambda: None))
+
+
+def test_a_dry_run_opens_no_bus_and_writes_nothing(tmp_path, capsys):
+    assert main(["calibrate", "stiction", "--dry-run", "--bus", "unix:/nowhere"]) == 0
+    printed = capsys.readouterr().out
+    assert "Limits" in printed
+    assert "0.15 N·m at the motor" in printed
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["direction", "home", "latency", "stiction"])
+def test_every_dry_run_tells_its_limits_as_json(capsys, name):
+    assert main(["calibrate", name, "--dry-run", "--json"]) == 0
+    plan = json.loads(capsys.readouterr().out)
+    assert set(plan["limits"]) == {"torque_nm", "speed_rad_s", "travel_rad", "duration_s"}
+    assert plan["steps"]
+
+
+def test_on_a_real_bus_somebody_has_to_agree(tmp_path, capsys):
+    assert main(["calibrate", "latency", "--bus", f"unix:{tmp_path}"]) == 2
+    assert "nobody is there to agree to the plan" in capsys.readouterr().err
+
+
+def test_json_is_one_object_with_the_truth_and_the_files(tmp_path, capsys):
+    assert main(["calibrate", "latency", "--steps", "60", "--json", "--out", str(tmp_path / "here")]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["verdict"] == "ok"
+    assert printed["truth"] == {"sample_us": 20.0, "reaction_us": 50.0, "lag_us": 100.0}
+    assert printed["calibration"] == str(tmp_path / "here" / "calibration.toml")
+    tables = tomllib.loads((tmp_path / "here" / "calibration.toml").read_text())
+    assert tables["drive"]["reaction"] == pytest.approx(50e-6, abs=5e-6)
+    provenance = tables["provenance"]["latency"]
+    assert provenance["agreed"] == "nobody: nothing real moves"
+    assert provenance["drives"][0].startswith("node 1: vendor")
+    record = tmp_path / "here" / provenance["record"]
+    assert {"run.json", "cycles.parquet", "steps.parquet", "truth.parquet", "bus.log", "latency.png"} <= {
+        each.name for each in record.iterdir()
+    }
+
+
+def test_the_same_seed_gives_the_same_result(capsys):
+    printed = []
+    for _ in range(2):
+        assert main(["calibrate", "latency", "--steps", "40", "--json", "--seed", "7"]) == 0
+        printed.append(json.loads(capsys.readouterr().out)["axes"])
+    assert printed[0] == printed[1]
+
+
+def test_a_failed_verdict_exits_with_4_and_writes_no_calibration(tmp_path, capsys):
+    config = tmp_path / "my.toml"
+    config.write_text("[simulator.installation]\nencoder_sign = [1, -1, 1]\n")
+    assert main(["calibrate", "direction", "--config", str(config), "--json"]) == 4
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["faults"] == ["axis 2: wrong encoder sign"]
+    assert "direction: failed: axis 2: wrong encoder sign; calibration.toml is as it was" in printed.err
+    assert not (tmp_path / "calibration.toml").exists()
+
+
+def test_what_is_suspicious_is_written_only_when_it_is_accepted(tmp_path, capsys):
+    config = tmp_path / "my.toml"
+    config.write_text("[axes.2]\nencoder_zero = 1e-3\n")
+    asked = ["calibrate", "home", "--reach", "1", "--config", str(config), "--json"]
+    assert main(asked) == 4
+    assert not (tmp_path / "calibration.toml").exists()
+    assert main([*asked, "--accept"]) == 0
+    assert (tmp_path / "calibration.toml").exists()
+    capsys.readouterr()
+
+
+def test_the_help_names_every_procedure(capsys):
+    assert main(["calibrate", "--help"]) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in PROCEDURES)
+
+
+def test_cables_that_end_nowhere_are_one_sentence(tmp_path, capsys):
+    config = tmp_path / "my.toml"
+    config.write_text("[simulator.installation]\nmotors = [1, 1, 3]\n")
+    assert main(["calibrate", "direction", "--config", str(config)]) == 2
+    assert "simulator.installation.motors = [1, 1, 3] cannot be" in capsys.readouterr().err
