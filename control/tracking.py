@@ -107,6 +107,7 @@ def law_us(log: LoopLog) -> Percentiles:
 def _microseconds(log: LoopLog, ns: NDArray[np.int64] | NDArray[np.float64]) -> Percentiles:
     """How a time of the cycles that were run is distributed [µs]."""
     times = ns[: log.rows][~log.skipped[: log.rows]] / 1000.0
+    times = times[~np.isnan(times)]  # a limit may have ended the last cycle before its law
     if len(times) == 0:
         return Percentiles(math.nan, math.nan, math.nan)
     p50, p99 = np.percentile(times, (50, 99))

@@ -4,7 +4,6 @@ A loop leads it through `sample` and `command`. Whenever no loop does (while dri
 stopped) it goes on by itself with zero torque, RPDOs half a period after SYNC, so that no watchdog trips meanwhile.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -90,7 +89,8 @@ class CyclicExchange:
         self._silence = [0] * len(axes)
         self._positions = np.zeros(len(axes), dtype=np.int64)
         self._torques = np.zeros(len(axes), dtype=np.int64)
-        self._answered_ns = np.full(len(axes), np.nan)
+        self._unheard_ns = np.full(len(axes), np.nan)
+        self._answered_ns = self._unheard_ns.copy()
         self._values = [[0] * len(axis.rpdo.fields) for axis in axes]
         self._zeros = (0,) * len(axes)
         for place, axis in enumerate(axes):
@@ -150,8 +150,7 @@ class CyclicExchange:
         self._close()
         self._next_sync_ns = self._sync_ns + self._period_ns
         self._plan()
-        positions, torques, answered_ns = self._positions.copy(), self._torques.copy(), self._answered_ns.copy()
-        return RawSample(self._sync_ns, positions, torques, complete, answered_ns)
+        return RawSample(self._sync_ns, self._positions.copy(), self._torques.copy(), complete, self._answered_ns)
 
     def send_torques(self, counts: Sequence[int]) -> None:
         """Send every axis its controlword and torque now.
@@ -185,7 +184,7 @@ class CyclicExchange:
         self._unanswered = len(self._axes)
         for place in range(len(self._axes)):
             self._answered[place] = False
-        self._answered_ns.fill(math.nan)
+        self._answered_ns = self._unheard_ns.copy()  # the sample before keeps its own
         self.counts.syncs += 1
         self._pump.send(SYNC_FRAME)
 

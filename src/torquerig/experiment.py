@@ -139,6 +139,7 @@ def _drive(rig: Rig, results: Results, watcher: Watcher) -> LoopLog:
     group = AxisGroup(rig.bus, axes, group_settings(settings))
     try:
         with no_collections(), real_time(priority) as scheduling, group:
+            results.real_time = scheduling.steps
             if not rig.is_simulated:
                 results.notes.append(f"The loop ran under {scheduling}.")
             return _move(group, controller, motion, results, watcher)

@@ -16,6 +16,7 @@ from torquerig.control.log import LoopLog
 from torquerig.device_sim.plant import TruthRows
 from torquerig.errors import ConfigurationError, RecordError
 from torquerig.record import BUS_FILE, CYCLES_FILE, DONE, FORMAT, RUN_FILE, SIM, TRUTH_FILE
+from torquerig.scheduling import Step
 from torquerig.schema import Rig
 from torquerig.summary import Summary
 from torquerig.truth import at_instants, rows_of
@@ -43,6 +44,7 @@ class RecordedRun:
         planned_cycles: Cycles that the loop was to have; 0 where there was none.
         log: The loop's cycles, on the record's clock; None where there was no loop.
         truth: What the simulated machine really did, on the record's clock; None where nobody knew.
+        real_time: The steps of the real-time set-up; none in simulated time, and in older records.
     """
 
     place: Path
@@ -59,6 +61,7 @@ class RecordedRun:
     planned_cycles: int
     log: LoopLog | None
     truth: TruthRows | None
+    real_time: tuple[Step, ...] = ()
 
     @property
     def is_done(self) -> bool:
@@ -159,6 +162,7 @@ def _recorded(place: Path, facts: Mapping[str, Any]) -> RecordedRun:
         planned_cycles=loop["planned_cycles"] if loop else 0,
         log=_read_cycles(place, loop["start_ns"], loop["period_ns"]) if loop else None,
         truth=rows_of(_read_table(place / TRUTH_FILE, truth_units())) if has_truth else None,
+        real_time=tuple(Step(**step) for step in facts.get("real_time", ())),
     )
 
 
@@ -187,16 +191,18 @@ def _read_facts(place: Path) -> Mapping[str, Any]:
 
 def _read_cycles(place: Path, start_ns: int, period_ns: int) -> LoopLog:
     """The loop's log."""
-    columns = _read_table(place / CYCLES_FILE, loop_log.column_units())
+    optional = loop_log.column_units(optional=True)
+    columns = _read_table(place / CYCLES_FILE, loop_log.column_units(optional=False), optional)
     return LoopLog.from_columns(columns, start_ns=start_ns, period_ns=period_ns)
 
 
-def _read_table(path: Path, units: Mapping[str, str]) -> Columns:
+def _read_table(path: Path, units: Mapping[str, str], optional: Mapping[str, str] | None = None) -> Columns:
     """The columns of a Parquet file, all that are expected, in the units expected.
 
     Args:
         path: The file.
         units: Names of the columns and their units.
+        optional: Those of columns that older files do not have.
 
     Raises:
         RecordError: The file or a column is missing, damaged, or in another unit.
@@ -210,10 +216,12 @@ def _read_table(path: Path, units: Mapping[str, str]) -> Columns:
         raise RecordError(f"{path} is missing") from None
     except (OSError, pa.ArrowException) as error:
         raise RecordError(f"{path} is damaged: it is not a Parquet file ({error})".replace("\n", " ")) from error
-    for name, unit in units.items():
+    present = {name: unit for name, unit in (optional or {}).items() if name in table.column_names}
+    expected = {**units, **present}
+    for name, unit in expected.items():
         if name not in table.column_names:
             raise RecordError(f"{path} has no column {name}")
         told = (table.schema.field(name).metadata or {}).get(b"unit", b"?").decode()
         if told != unit:
             raise RecordError(f"{path}: column {name} is in {told!r}, it must be in {unit!r}")
-    return {name: table[name].to_numpy() for name in units}
+    return {name: table[name].to_numpy() for name in expected}

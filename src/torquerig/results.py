@@ -26,6 +26,7 @@ from torquerig.record import (
     write_run,
     write_table,
 )
+from torquerig.scheduling import Step
 from torquerig.summary import Conditions, Summary, UsedGains, motion_name, summarise
 from torquerig.truth import at_instants, columns_of
 
@@ -43,6 +44,7 @@ class Results:
         epoch_ns: What the bus clock's zero is since 1970; 0 in simulated time.
         started: When it began.
         counters: What the driver counted.
+        real_time: The steps of the real-time set-up, done or refused; none in simulated time.
     """
 
     configuration: Configuration
@@ -53,6 +55,7 @@ class Results:
     epoch_ns: int = 0
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
     counters: dict[str, dict[str, Any]] = field(default_factory=dict)
+    real_time: tuple[Step, ...] = ()
 
     def true_positions(self) -> NDArray[np.float64] | None:
         """True positions when each of the log's rows was due, shape (rows, 2) [m]; None where nobody knows."""
@@ -96,6 +99,7 @@ class Results:
             },
             "notes": self.notes,
             "counters": self.counters,
+            "real_time": [step._asdict() for step in self.real_time],
             "summary": summary and summary.as_json(),
             "configuration": self.configuration.as_tables(),
             "sources": {each.key: each.source for each in self.configuration.settings if each.source != DEFAULT},

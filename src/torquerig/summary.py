@@ -18,6 +18,7 @@ from torquerig.control.tracking import (
     velocity_rmse,
     work_us,
 )
+from torquerig.timing import Timing, finite, timing_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,7 @@ class Summary:
         bus_load: Share of the loop's time in which the bus was busy, bit stuffing at its worst.
         cycle_us: Wall time of a cycle's own work [us], waiting not counted.
         thesis: The thesis' result for this law and motion; None where it has none.
+        timing: How the cycles' times are distributed; None in records that do not hold it yet.
     """
 
     law: str
@@ -95,6 +97,7 @@ class Summary:
     bus_load: float
     cycle_us: Percentiles
     thesis: Published | None
+    timing: Timing | None = None
 
     @classmethod
     def from_json(cls, facts: Mapping[str, Any]) -> Self:
@@ -109,9 +112,11 @@ class Summary:
         Raises:
             KeyError: Something is missing.
         """
-        values = {field.name: _restored(facts[field.name], field.type) for field in fields(cls)}
+        known = [field for field in fields(cls) if field.name != "timing"]
+        values = {field.name: _restored(facts[field.name], field.type) for field in known}
         thesis = facts["thesis"] and Published(**facts["thesis"], source="thesis, as the record has it")
-        return cls(**{**values, "thesis": thesis})
+        timing = facts.get("timing")
+        return cls(**{**values, "thesis": thesis, "timing": timing and Timing.from_json(timing)})
 
     def as_json(self) -> dict[str, Any]:
         """The summary as JSON holds it: a number that is none (no sample of the motion was run) becomes null."""
@@ -120,7 +125,7 @@ class Summary:
             "position_rmse_mm": self.thesis.position_rmse_mm,
             "velocity_rmse_m_s": self.thesis.velocity_rmse_m_s,
         }
-        return {key: _finite(value) for key, value in facts.items()}
+        return {key: finite(value) for key, value in facts.items()}
 
 
 def summarise(
@@ -161,6 +166,7 @@ def summarise(
         bus_load=bus_load,
         cycle_us=work_us(log),
         thesis=thesis,
+        timing=timing_of(log),
     )
 
 
@@ -179,10 +185,3 @@ def _restored(value: Any, kind: Any) -> Any:  # noqa: ANN401  (whatever a field 
     if isinstance(value, Mapping) and isinstance(kind, type) and is_dataclass(kind):
         return kind(**{field.name: _restored(value[field.name], field.type) for field in fields(kind)})
     return math.nan if value is None and kind is float else value
-
-
-def _finite(value: object) -> object:
-    """A value with each NaN in it turned into None."""
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -86,6 +86,7 @@ def test_the_summary_has_the_thesis_row_beside_it():
     assert set(summary) == {
         "law", "motion", "plant", "bus", "rate_hz", "cycles", "overruns", "position_rmse_mm", "velocity_rmse_m_s",
         "true_position_rmse_mm", "peak_torque_nm", "rms_torque_nm", "bus_load", "cycle_us", "thesis", "gains",
+        "timing",
     }  # fmt: skip
     assert set(summary["cycle_us"]) == {"p50", "p99", "max"}
     assert summary["thesis"] == {"position_rmse_mm": 0.7143, "velocity_rmse_m_s": 0.0606}

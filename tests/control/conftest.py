@@ -99,7 +99,8 @@ class VirtualMachine:
         q = self.model.inverse_kinematics(self.position).theta
         self.sampled.append(at)
         self._advance(at + self.answer_ns + self.stall.pop(k, 0))
-        answered = np.array([np.nan if k in self.incomplete else self.answer_ns / 4, self.answer_ns / 2, self.answer_ns])
+        first = np.nan if k in self.incomplete else self.answer_ns / 4
+        answered = np.array([first, self.answer_ns / 2, self.answer_ns])
         return Sample(at, q, self.torque.copy(), k not in self.incomplete, answered)
 
     def command(self, tau_m: Array, due_ns: int) -> None:

@@ -134,8 +134,7 @@ def conduct(
     record = claim(_free(target.parent / DATA_FOLDER / f"{notes.started:%Y%m%dT%H%M%S}-{task.name}"))
     how_it_ended = _DONE
     try:
-        found = task.offer.recorded(task.configuration, task.request)
-        measured = _measure(task, notes, watcher, seed) if found is None else found
+        measured = _measure(task, notes, watcher, seed)
         notes.result = task.procedure.evaluate(measured)
     except BaseException as error:
         how_it_ended = str(error) or type(error).__name__
@@ -176,7 +175,9 @@ def perform(task: Task, watcher: Watcher, *, seed: int = 0) -> tuple[Result, tup
 
 
 def _measure(task: Task, notes: _Notes, watcher: Watcher, seed: int) -> Any:  # noqa: ANN401  (the procedure's own)
-    """Open the bus, have the script done, and leave the drives disabled."""
+    """Open the bus, have the script done, and leave the drives disabled; or take what was measured before."""
+    if (found := task.offer.recorded(task.configuration, task.request)) is not None:
+        return found
     warm_up()
     with task.offer.open_rig(task.configuration, notes.bus_log.tap) as rig:
         notes.is_simulated = rig.is_simulated

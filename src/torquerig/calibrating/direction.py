@@ -62,6 +62,7 @@ def _answers(axes: "Axes", drawing: Drawing) -> None:
     moved = 1e3 * np.array([push.moved for push in drawing.pushes])
     for axis, colour in enumerate(COLOURS):
         axes.bar(places + 0.27 * (axis - 1), moved[:, axis], width=0.25, color=colour, label=f"axis {axis + 1}")
+    axes.set_axisbelow(True)
     axes.axhline(0, color=DESIRED, linewidth=0.8)
     names = [
         "\n".join(f"{'+' if part > 0 else '-'}{axis}" for axis, part in enumerate(push.torque, 1) if part)

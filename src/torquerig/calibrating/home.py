@@ -52,14 +52,12 @@ def draw(result: Result, title: str, path: Path) -> None:
         left.set_xlabel("x [mm]")
         left.set_ylabel("y [mm]")
         left.legend()
-        right.set_title("Residual of the closure (dotted: ok)")
-        for leg, colour in enumerate(COLOURS):
-            right.plot(1e6 * drawing.residual[:, leg], color=colour, linewidth=1.0, label=f"leg {leg + 1}")
+        right.set_title("Residual of the closure, the same for all legs (dotted: ok)")
+        right.plot(1e6 * drawing.residual[:, 0], color=COLOURS[0], linewidth=1.0)
         for bound in (-CLOSES, CLOSES):
             right.axhline(1e6 * bound, color=DESIRED, linewidth=1.0, linestyle=":")
         right.set_xlabel("cycle")
         right.set_ylabel("|C - B| - L [µm]")
-        right.legend(ncols=3)
 
 
 OFFER: Final = Offer(

@@ -67,7 +67,7 @@ def draw(result: Result, title: str, path: Path) -> None:
         for place, colour in enumerate(COLOURS):
             right.plot(answers[:, place], ".", markersize=4, color=colour)
             right.text(0, float(answers[:, place].mean()), f" axis {place + 1}", va="bottom", color=INK)
-        right.set_ylim(bottom=0.0)
+        right.set_ylim(0.0, 1.15 * float(answers.max()))
         right.set_xlabel("cycle")
         right.set_ylabel("[µs]")
 

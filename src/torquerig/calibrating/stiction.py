@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from torquerig.building import manipulator
-from torquerig.calibrating.figure import COLOURS, DESIRED, drawn
+from torquerig.calibrating.figure import COLOURS, drawn
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration.procedure import Result
 from torquerig.calibration.stiction import Drawing, Ramp, StictionProcedure
+from torquerig.calibration.stiction_fit import Stiction
 from torquerig.configuration import Configuration
 from torquerig.errors import ConfigurationError
 
@@ -62,34 +63,36 @@ def draw(result: Result, title: str, path: Path) -> None:
     drawing = result.drawing
     assert isinstance(drawing, Drawing)  # noqa: S101  (its own procedure's)
     with drawn(path, title) as figure:
-        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
-        _ramps(left, drawing.ramps)
+        down, up, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
+        for axes, sense in ((down, -1), (up, 1)):
+            _ramps(axes, [ramp for ramp in drawing.ramps if ramp.is_fine and ramp.sense == sense])
+            axes.set_title(f"Slow ramps, {'with' if sense > 0 else 'against'} the pair's sense")
         if drawing.fit is not None:
-            _friction(right, drawing)
+            _friction(right, drawing.fit)
         else:
             right.set_axis_off()
             right.text(0.0, 0.5, "No friction: a pair did not move.", color=COLOURS[1])
 
 
-def _ramps(axes: "Axes", ramps: tuple[Ramp, ...]) -> None:
-    axes.set_title("Slow ramps: how far the joints had moved at which torque")
+def _ramps(axes: "Axes", ramps: list[Ramp]) -> None:
+    """How far the joints had moved at which torque, and where motion is taken to begin."""
+    begins = []
     for ramp in ramps:
-        if ramp.is_fine:
-            colour = COLOURS[ramp.held]
-            axes.plot(ramp.sense * 1e3 * ramp.torque, ramp.farthest, color=colour, linewidth=0.9, alpha=0.8)
-            began = ramp.push().torque
-            axes.plot([ramp.sense * 1e3 * began], [0.0], marker="|", markersize=14, color=colour)
+        colour = COLOURS[ramp.held]
+        axes.plot(1e3 * ramp.torque, ramp.farthest, color=colour, linewidth=1.0)
+        if ramp.has_moved:
+            begins.append(1e3 * ramp.push().torque)
+            axes.plot(begins[-1:], [0.0], marker="|", markersize=14, color=colour)
     for held, words in enumerate(("joints 2 and 3", "joints 1 and 3", "joints 1 and 2")):
         axes.plot([], [], color=COLOURS[held], label=words)
-    axes.axvline(0, color=DESIRED, linewidth=0.8)
-    axes.set_xlabel("torque of both motors [mN·m], its sign the sense of the push")
+    if begins:
+        axes.set_xlim(0.98 * min(begins), 1.09 * max(begins))
+    axes.set_xlabel("torque of both motors [mN·m]")
     axes.set_ylabel("farthest joint [counts]")
-    axes.legend(loc="upper center", title="pushed")
+    axes.legend(loc="upper right", handlelength=1.0)
 
 
-def _friction(axes: "Axes", drawing: Drawing) -> None:
-    fit = drawing.fit
-    assert fit is not None  # noqa: S101  (the caller looked)
+def _friction(axes: "Axes", fit: Stiction) -> None:
     axes.set_title("Friction of each joint at rest, 95 %")
     for side, (words, shift) in enumerate((("positive", -0.12), ("negative", 0.12))):
         axes.errorbar(
@@ -102,7 +105,7 @@ def _friction(axes: "Axes", drawing: Drawing) -> None:
             label=words,
         )
     axes.set_xlim(0.5, 3.5)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.2e3 * float((fit.friction + fit.half_width).max()))
     axes.set_xticks([1, 2, 3], ["joint 1", "joint 2", "joint 3"])
     axes.set_ylabel("[mN·m at the motor]")
     axes.legend(loc="lower right")

@@ -43,7 +43,7 @@ calibration_option = click.option(
     "--calibration", metavar="FILE", help="A calibration.toml of `torquerig calibrate`, whose values win over --config."
 )
 plant_option = click.option(
-    "--plant", metavar="NAME", help="The simulator's true machine: ideal, identified, fitted, or one of your own."
+    "--plant", metavar="NAME", help="The simulator's true machine: ideal, identified, fitted, fit5, or one of your own."
 )
 estimator_option = click.option(
     "--estimator", metavar="NAME", help="How joint rates are estimated: see `torquerig estimators`."

@@ -34,6 +34,14 @@ def summary_table(summary: Summary) -> Table:
     table.add_row("late cycles", f"{summary.overruns} of {summary.cycles}")
     table.add_row("bus load", f"{100 * summary.bus_load:.1f} %")
     table.add_row(escape("work a cycle [µs]: p50, p99, max"), f"{cycle.p50:.0f}, {cycle.p99:.0f}, {cycle.max:.0f}")
+    if summary.timing is not None:
+        late, answered, commanded = (
+            summary.timing.lateness_us,
+            summary.timing.sync_to_last_tpdo_us,
+            summary.timing.sync_to_last_rpdo_us,
+        )
+        table.add_row(escape("lateness of SYNC [µs]: p50, p99, max"), f"{late.p50:.0f}, {late.p99:.0f}, {late.max:.0f}")
+        table.add_row(escape("SYNC to last TPDO, RPDO [µs]: p99"), f"{answered.p99:.0f}, {commanded.p99:.0f}")
     return table
 
 

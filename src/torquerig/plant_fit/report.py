@@ -101,9 +101,10 @@ def _factors(fit: PlantFit, best: Optimum) -> str:
 
 def _parameter_table(fit: PlantFit, best: Optimum) -> Table:
     """Each parameter with its bounds and the leeway that it has."""
-    table = Table(title="Parameters", title_justify="left")
+    caption = "* at a bound" if any(row["at_bound"] for row in _parameters(fit, best)) else None
+    table = Table(title="Parameters", title_justify="left", caption=caption, caption_justify="left")
     table.add_column("", no_wrap=True)
-    for heading in ("value", "1 % worse from .. to", "bounds"):
+    for heading in ("value", "within 1 %", "bounds"):
         table.add_column(heading, justify="right")
     table.add_column("unit")
     for row in _parameters(fit, best):
@@ -112,7 +113,7 @@ def _parameter_table(fit: PlantFit, best: Optimum) -> Table:
             if row["lowest_within_1_percent"] is None
             else (f"{row['lowest_within_1_percent']:.4g} .. {row['highest_within_1_percent']:.4g}")
         )
-        mark = f" (at its {row['at_bound']} bound)" if row["at_bound"] else ""
+        mark = " *" if row["at_bound"] else ""
         table.add_row(
             row["name"], f"{row['value']:.4g}{mark}", leeway, f"{row['lowest']:g} .. {row['highest']:g}", row["unit"]
         )
