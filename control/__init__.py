@@ -6,6 +6,7 @@ if __name__ == "control":
 from torquerig.control.circle import Circle
 from torquerig.control.errors import (
     ControlError,
+    LawFileError,
     LimitExceeded,
     UnknownEstimatorError,
     UnknownLawError,
@@ -45,6 +46,7 @@ __all__ = [
     "JointSample",
     "Joints",
     "Law",
+    "LawFileError",
     "LimitExceeded",
     "Limits",
     "LoopLog",

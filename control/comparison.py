@@ -27,12 +27,14 @@ def published_runs() -> tuple[PublishedRun, ...]:
     """The thesis' runs, as the laws carry them (Tables 6.1 and 6.2).
 
     Returns:
-        Motion by motion, in each the laws in alphabetical order; a law without a published result is left out.
+        Motion by motion, in each the laws in alphabetical order. A law without a published result is left out, and so
+        is one whose result is not the thesis'.
     """
     runs = [
         PublishedRun(name, motion, result.position_rmse_mm, result.velocity_rmse_m_s)
         for name, law in load_laws().items()
         for motion, result in law.published.items()
+        if result.is_of_thesis
     ]
     return tuple(sorted(runs, key=lambda run: run.motion))
 

@@ -1,6 +1,7 @@
 """The errors of torquerig.control.
 
 ControlError
+├── LawFileError (ValueError)           a file of the laws' package does not say what a law must
 ├── LimitExceeded (RuntimeError)        a soft limit stops the machine
 ├── UnknownEstimatorError (LookupError) no estimator has this name
 ├── UnknownLawError (LookupError)       no file of the laws' package defines this law
@@ -10,6 +11,10 @@ ControlError
 
 class ControlError(Exception):
     """Root of this package's errors."""
+
+
+class LawFileError(ControlError, ValueError):
+    """A law lacks what every law must say, or has the name of another; the message names the file."""
 
 
 class LimitExceeded(ControlError, RuntimeError):

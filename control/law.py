@@ -68,12 +68,17 @@ class Published(NamedTuple):
     Attributes:
         position_rmse_mm: Root mean square of the position error [mm].
         velocity_rmse_m_s: Root mean square of the velocity error [m/s].
-        source: Where it stands.
+        source: Where it stands; of the thesis' own results it begins with "thesis".
     """
 
     position_rmse_mm: float
     velocity_rmse_m_s: float
     source: str
+
+    @property
+    def is_of_thesis(self) -> bool:
+        """Whether it is one of the thesis' own results, and not somebody else's."""
+        return self.source.startswith("thesis")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +91,8 @@ class Law(ABC):
     Attributes:
         name: Its name on the command line and in records.
         gains: Gains for each test motion.
-        published: The thesis' result for each test motion, if it has one.
+        published: A result to compare with for each test motion, if there is one. Only those whose source begins with
+            "thesis" count among the thesis' sixteen numbers (`torquerig.control.comparison.published_runs`).
         running_time_ns: Its running time on the thesis' computer, which was the delay from sample to torque there.
         friction_by_default: Whether viscous friction is fed forward unless asked otherwise.
         model: The manipulator as the controller knows it.
@@ -126,11 +132,26 @@ class Law(ABC):
         Raises:
             UnknownMotionError: If the law has no gains for this motion.
         """
+        kp, kv = cls.gains_for(motion)
+        return cls(model, kp, kv, cls.friction_by_default if friction is None else friction, stiction)
+
+    @classmethod
+    def gains_for(cls, motion: int) -> Gains:
+        """The gains for a test motion.
+
+        Args:
+            motion: Number of the test motion.
+
+        Returns:
+            The gains.
+
+        Raises:
+            UnknownMotionError: If the law has none for this motion.
+        """
         if motion not in cls.gains:
             known = ", ".join(map(str, cls.gains))
             raise UnknownMotionError(f"{cls.name} has no gains for motion {motion}, only for {known}")
-        kp, kv = cls.gains[motion]
-        return cls(model, kp, kv, cls.friction_by_default if friction is None else friction, stiction)
+        return cls.gains[motion]
 
     @abstractmethod
     def torque(self, state: State, desired: Desired) -> NDArray[np.float64]:

@@ -55,14 +55,14 @@ def velocity_rmse(log: LoopLog) -> float:
 
 
 def peak_torque(log: LoopLog) -> float:
-    """Greatest commanded torque of any motor during the motion [N·m at the motor]; NaN when there is none."""
-    tau = log.tau[: log.rows][motion_rows(log)]
+    """Greatest torque of any motor during the motion, as the drives report it [N·m at the motor]; NaN without any."""
+    tau = log.tau_actual[: log.rows][motion_rows(log)]
     return float(np.max(np.abs(tau))) if len(tau) else math.nan
 
 
 def rms_torque(log: LoopLog) -> float:
-    """Root mean square of the commanded torques during the motion, over all motors [N·m at the motor]."""
-    tau = log.tau[: log.rows][motion_rows(log)]
+    """Root mean square of the torques that the drives report, in the motion, over all motors [N·m at the motor]."""
+    tau = log.tau_actual[: log.rows][motion_rows(log)]
     return float(np.sqrt(np.mean(tau**2))) if len(tau) else math.nan
 
 

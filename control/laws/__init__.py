@@ -3,11 +3,12 @@
 import importlib
 import inspect
 import pkgutil
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, TypeGuard
 
-from torquerig.control.errors import UnknownLawError
-from torquerig.control.law import Law
+from torquerig.control.errors import LawFileError, UnknownLawError
+from torquerig.control.law import Gains, Law
 
 __all__ = ["law_named", "load_laws"]
 
@@ -19,16 +20,17 @@ def load_laws() -> dict[str, type[Law]]:
         Law classes by name, in alphabetical order.
 
     Raises:
-        ValueError: If two laws have the same name.
+        LawFileError: If a law has no name or no gains, or two laws have the same name.
     """
     laws: dict[str, type[Law]] = {}
     for entry in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{entry.name}")
         for law in vars(module).values():
-            if not _is_law_of(module, law):
+            if not _is_law_of(law, module):
                 continue
+            _check(module, law)
             if law.name in laws:
-                raise ValueError(f"two laws are named '{law.name}': {laws[law.name].__module__} and {law.__module__}")
+                raise LawFileError(f"two laws are named '{law.name}': {laws[law.name].__module__} and {law.__module__}")
             laws[law.name] = law
     return dict(sorted(laws.items()))
 
@@ -44,6 +46,7 @@ def law_named(name: str) -> type[Law]:
 
     Raises:
         UnknownLawError: If no file of this package defines it.
+        LawFileError: If a file of this package defines a law that cannot be used.
     """
     laws = load_laws()
     if name not in laws:
@@ -51,8 +54,23 @@ def law_named(name: str) -> type[Law]:
     return laws[name]
 
 
-def _is_law_of(module: ModuleType, thing: Any) -> TypeGuard[type[Law]]:  # noqa: ANN401  (whatever a module holds)
+def _is_law_of(thing: Any, module: ModuleType) -> TypeGuard[type[Law]]:  # noqa: ANN401  (whatever a module holds)
     """Whether a thing is a law that this module defines, not one that it imports or an abstract ancestor."""
     if not (inspect.isclass(thing) and issubclass(thing, Law)):
         return False
     return thing.__module__ == module.__name__ and not inspect.isabstract(thing)
+
+
+def _check(module: ModuleType, law: type[Law]) -> None:
+    """Refuse a law that does not say what every law must: abstract class attributes cannot be declared."""
+    place = f"{module.__file__}: law {law.__name__}"
+    name, gains = getattr(law, "name", None), getattr(law, "gains", None)
+    if not (isinstance(name, str) and name):
+        raise LawFileError(f'{place} has no name: it must say name: ClassVar[str] = "its-name"')
+    if not (isinstance(gains, Mapping) and gains and all(map(_is_pair, gains.values()))):
+        raise LawFileError(f"{place} has no gains: it must say gains: ClassVar = {{motion: Gains(kp, kv)}}")
+
+
+def _is_pair(gains: object) -> bool:
+    """Whether something can be kp and kv."""
+    return isinstance(gains, tuple) and len(gains) == len(Gains._fields)

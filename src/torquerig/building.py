@@ -2,6 +2,7 @@
 
 import math
 
+from torquerig.control.errors import UnknownMotionError
 from torquerig.control.estimators import Sampling, make_estimator
 from torquerig.control.law import Gains, Law
 from torquerig.control.laws import law_named
@@ -57,14 +58,23 @@ def gains_motion(rig: Rig) -> int:
 
 
 def gains(rig: Rig) -> Gains:
-    """The gains of `loop.law`: its own, or those that `laws.NAME` gives."""
-    number = gains_motion(rig)
-    own = law_named(rig.loop.law).gains[number]
-    changed = rig.laws.get(rig.loop.law)
-    if changed is None:
-        return own
-    given = changed.of(number)
-    return Gains(own.kp if given.kp is None else given.kp, own.kv if given.kv is None else given.kv)
+    """The gains of `loop.law`: its own, or those that `laws.NAME` gives.
+
+    Raises:
+        UnknownMotionError: Neither the law nor the configuration has gains for the motion.
+    """
+    name, number = rig.loop.law, gains_motion(rig)
+    changed = rig.laws.get(name)
+    kp, kv = (None, None) if changed is None else (changed.of(number).kp, changed.of(number).kv)
+    if kp is not None and kv is not None:
+        return Gains(kp, kv)
+    try:
+        own = law_named(name).gains_for(number)
+    except UnknownMotionError as error:
+        raise UnknownMotionError(
+            f"{error}: give kp and kv in [laws.{name}.motion{number}], or say in loop.gains whose to take"
+        ) from error
+    return Gains(own.kp if kp is None else kp, own.kv if kv is None else kv)
 
 
 def law(rig: Rig, model: Manipulator) -> Law:

@@ -18,6 +18,7 @@ from torquerig.control.reference import ReferenceTable
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.python_can import PythonCanBus
 from torquerig.driver.master.group import AxisGroup, AxisSample
+from torquerig.errors import RecordError
 from torquerig.garbage import no_collections
 from torquerig.mechanism import warm_up
 from torquerig.planning import join, plan_approach, plan_motion
@@ -92,26 +93,33 @@ def run_experiment(
         Summary, cycles and notes.
 
     Raises:
-        RecordError: The record's folder cannot be used; nothing has moved then.
+        RecordError: The record's folder cannot be used, and nothing has moved; or the record cannot be written after a
+            run that nothing else ended.
         TorqueRigError: The bus, a drive, or another master.
         ControlError: A limit.
         MechanismError: A pose that does not exist.
     """
     place = None if record is None else claim(Path(record))
     results = Results(configuration)
-    how_it_ended = DONE
     try:
         log = _run(results, watcher or Nobody())
     except BaseException as error:
-        how_it_ended = str(error) or type(error).__name__
+        try:
+            _keep(results, place, str(error) or type(error).__name__)
+        except RecordError as second:
+            error.add_note(str(second))  # what ended the run matters more, and goes on
         raise
-    finally:
-        if place is not None:
-            with undisturbed():
-                results.write(place, how_it_ended)
+    _keep(results, place, DONE)
     summary = results.summary()
     assert summary is not None  # noqa: S101  (there is a log)
     return Outcome(summary, log, results.true_positions(), tuple(results.notes), place)
+
+
+def _keep(results: Results, place: Path | None, how_it_ended: str) -> None:
+    """Write the record, if there is to be one."""
+    if place is not None:
+        with undisturbed():
+            results.write(place, how_it_ended)
 
 
 def _run(results: Results, watcher: Watcher) -> LoopLog:

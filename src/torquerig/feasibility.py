@@ -117,6 +117,13 @@ def check_points(
                 f" {ratio:.3g}, limits.conditioning asks for {limits.conditioning:g} at least; stay nearer to the"
                 " middle of the legs"
             )
+        distance = model.singularity_distance(point)
+        if not distance >= limits.singularity_distance:
+            raise MotionError(
+                f"{place(t)}: ({point[0]:.6g}, {point[1]:.6g}) m is too near to a singularity: {distance:.3g} m away,"
+                f" limits.singularity_distance asks for {limits.singularity_distance:g} m at least; stay nearer to the"
+                " middle of the legs"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.control.log import LoopLog
+from torquerig.errors import PictureError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,11 +46,11 @@ def draw(log: LoopLog, title: str, path: Path, truth: NDArray[np.float64] | None
     Args:
         log: The run's log, with at least one row.
         title: What it is a picture of.
-        path: The PNG file.
+        path: The file: .png, .svg or .pdf.
         truth: True positions of the end-effector at the log's rows, shape (rows, 2) [m], where they are known.
 
     Raises:
-        OSError: If the file cannot be written.
+        PictureError: If the file cannot be written.
     """
     with drawing(title, path, (11, 7)) as figure:
         grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
@@ -74,14 +75,14 @@ def drawing(title: str, path: Path, size: tuple[float, float]) -> Iterator["Figu
 
     Args:
         title: What it is a picture of.
-        path: The PNG file.
+        path: The file: .png, .svg or .pdf.
         size: Width and height [inch of 150 pixels].
 
     Yields:
         The figure, empty below its title.
 
     Raises:
-        OSError: If the file cannot be written.
+        PictureError: If the file cannot be written.
     """
     import matplotlib as mpl  # noqa: PLC0415  (takes half a second, and most commands draw nothing)
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -92,7 +93,23 @@ def drawing(title: str, path: Path, size: tuple[float, float]) -> Iterator["Figu
         FigureCanvasAgg(figure)
         figure.suptitle(title, x=0.01, ha="left", fontsize=14, fontweight="bold", color=INK)
         yield figure
+        save(figure, path)
+
+
+def save(figure: "Figure", path: Path) -> None:
+    """Write a figure, in the place of what is there.
+
+    Args:
+        figure: The figure.
+        path: The file; its suffix says what it is written as.
+
+    Raises:
+        PictureError: If it cannot be written.
+    """
+    try:
         figure.savefig(path, facecolor="white")
+    except OSError as error:
+        raise PictureError(f"{path} cannot be written: {error.strerror}") from error
 
 
 def time_ms(log: LoopLog) -> NDArray[np.float64]:

@@ -1,12 +1,15 @@
 """A record: a folder with run.json, tables of columns with units, and bus.log in candump's format.
 
-Everything is collected in memory while the loop runs and written after it.
+Everything is collected in memory while the loop runs and written after it. Each file is written under another name and
+renamed: what is there is whole. run.json comes last, so that no record says it is done without its cycles.
 """
 
 import json
 import math
+import os
 import platform
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from struct import Struct
@@ -103,8 +106,11 @@ class BusLog:
             path: The file.
             channel: Name of the bus, without blanks.
             epoch_ns: What the bus clock's zero is on the clock of the stamps.
+
+        Raises:
+            RecordError: If it cannot be written; then there is no file.
         """
-        with path.open("w", encoding="ascii", newline="\n") as file:
+        with _whole(path) as part, part.open("w", encoding="ascii", newline="\n") as file:
             file.writelines(candump_line(at_ns + epoch_ns, channel, frame) for at_ns, frame in self)
 
 
@@ -148,17 +154,31 @@ def claim(place: Path) -> Path:
         The folder, empty.
 
     Raises:
-        RecordError: If something is there already, or the folder cannot be made.
+        RecordError: If something is there already, or the folder cannot be made or written to.
     """
     try:
         place.mkdir(parents=True, exist_ok=True)
         if any(place.iterdir()):
             raise RecordError(f"{place} is not empty, and a record is never overwritten: name another folder")
+        if not os.access(place, os.W_OK | os.X_OK):
+            raise RecordError(f"cannot write a record into {place}: there is no permission")
     except OSError as error:
         if isinstance(error, RecordError):
             raise
         raise RecordError(f"cannot make the record's folder {place}: {error.strerror}") from error
     return place
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Path]:
+    """A name to write under; what is there in the end gets the file's name."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        yield part
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise RecordError(f"cannot write the record's file {path}: {error.strerror or error}") from error
 
 
 def write_table(path: Path, columns: Iterable[Column]) -> None:
@@ -167,6 +187,9 @@ def write_table(path: Path, columns: Iterable[Column]) -> None:
     Args:
         path: The file.
         columns: The columns, all of one length.
+
+    Raises:
+        RecordError: If it cannot be written; then there is no file.
     """
     import pyarrow as pa  # noqa: PLC0415  (takes half a second, and only records need it)
     import pyarrow.parquet as pq  # noqa: PLC0415
@@ -179,19 +202,24 @@ def write_table(path: Path, columns: Iterable[Column]) -> None:
             for column, array in zip(kept, arrays, strict=True)
         ]
     )
-    pq.write_table(pa.Table.from_arrays(arrays, schema=schema), path)
+    with _whole(path) as part:
+        pq.write_table(pa.Table.from_arrays(arrays, schema=schema), part)
 
 
 def write_run(path: Path, facts: Mapping[str, Any]) -> None:
-    """Write what a run was: its configuration, the versions, its outcome.
+    """Write what a run was: its configuration, the versions, its outcome; to be called when all else is written.
 
     Args:
         path: The file.
         facts: Anything that JSON can hold; a number that is none becomes null.
+
+    Raises:
+        RecordError: If it cannot be written; then there is no file.
     """
     whole = {"format": FORMAT, **facts, "versions": versions()}
     text = json.dumps(whole, indent=2, ensure_ascii=False, default=str, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    with _whole(path) as part:
+        part.write_text(text + "\n", encoding="utf-8")
 
 
 def versions() -> dict[str, str]:

@@ -84,6 +84,9 @@ class Results:
         Args:
             place: Its folder.
             how_it_ended: "done", or the sentence of what ended it.
+
+        Raises:
+            RecordError: If a file cannot be written.
         """
         summary = self.summary()
         facts = {
@@ -104,12 +107,12 @@ class Results:
             "configuration": self.configuration.as_tables(),
             "sources": {each.key: each.source for each in self.configuration.settings if each.source != DEFAULT},
         }
-        write_run(place / RUN_FILE, facts)
         self.bus_log.write(place / BUS_FILE, channel_name(self.configuration.rig.bus.url), self.epoch_ns)
         if self.log is not None:
             write_table(place / CYCLES_FILE, self.log.columns())
         if self.truth is not None:
             write_table(place / TRUTH_FILE, columns_of(self.truth))
+        write_run(place / RUN_FILE, facts)
 
     def _plant(self) -> str | None:
         """The plant behind the drives: ours in lockstep, elsewhere only what somebody says."""

@@ -72,6 +72,9 @@ class SimulatorRecord:
         Args:
             origin_ns: What the drives' time 0 is on the bus clock.
             lost: How many of the drives' frames the bus did not take.
+
+        Raises:
+            RecordError: If a file cannot be written.
         """
         facts = {
             "kind": SIM,
@@ -80,9 +83,9 @@ class SimulatorRecord:
             "lost_frames": lost,
             "configuration": self.configuration.as_tables(),
         }
-        write_run(self.place / RUN_FILE, facts)
         self.bus_log.write(self.place / BUS_FILE, channel_name(self.configuration.rig.bus.url), self.epoch_ns)
         write_table(self.place / TRUTH_FILE, columns_of(self.truth.rows()))
+        write_run(self.place / RUN_FILE, facts)
 
 
 def simulate(
@@ -104,7 +107,7 @@ def simulate(
 
     Raises:
         ConfigurationError: Other processes cannot join this bus.
-        RecordError: The record's folder cannot be used.
+        RecordError: The record's folder cannot be used, or the record not be written.
         BusUrlError, BusError: The bus cannot be used.
     """
     with running_drives(configuration, record=record, tell=tell, build=build) as running:
@@ -135,7 +138,7 @@ def running_drives(
 
     Raises:
         ConfigurationError: Other processes cannot join this bus.
-        RecordError: The record's folder cannot be used.
+        RecordError: The record's folder cannot be used, or the record not be written.
         BusUrlError, BusError: The bus cannot be used.
     """
     settings = configuration.rig

@@ -6,15 +6,14 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
 from torquerig.control.law import Published
 from torquerig.control.log import LoopLog
 from torquerig.control.tracking import (
     Percentiles,
-    motion_rows,
     overruns,
+    peak_torque,
     position_rmse_mm,
+    rms_torque,
     velocity_rmse,
     work_us,
 )
@@ -148,7 +147,6 @@ def summarise(
     Returns:
         The summary.
     """
-    torques = log.tau_actual[: log.rows][motion_rows(log)]
     return Summary(
         law=conditions.law,
         motion=conditions.motion,
@@ -161,8 +159,8 @@ def summarise(
         position_rmse_mm=position_rmse_mm(log),
         velocity_rmse_m_s=velocity_rmse(log),
         true_position_rmse_mm=true_position_rmse_mm,
-        peak_torque_nm=float(np.max(np.abs(torques), initial=0.0)) if len(torques) else math.nan,
-        rms_torque_nm=float(np.sqrt(np.mean(torques**2))) if len(torques) else math.nan,
+        peak_torque_nm=peak_torque(log),
+        rms_torque_nm=rms_torque(log),
         bus_load=bus_load,
         cycle_us=work_us(log),
         thesis=thesis,

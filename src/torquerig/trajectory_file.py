@@ -2,6 +2,7 @@
 
 import csv
 import math
+import reprlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,10 @@ COLUMNS: Final = ("time", "x", "y")
 COMMENT: Final = "#"
 LONGEST: Final = 600.0
 """[s] Longer is nearly always milliseconds taken for seconds; our choice."""
+CLOSEST: Final = 1e-6
+"""[s] Between two points: the drives count time in microseconds (object 1006), and closer ones overflow the spline."""
+ROUNDING: Final = 0.999
+"""Differences of decimal times are a little less than they say."""
 
 
 class _Row(NamedTuple):
@@ -99,15 +104,17 @@ def read_trajectory(path: Path) -> TrajectoryFile:
 def _rows(path: Path, text: str) -> Iterator[_Row]:
     """The points, once the header is there; times increase."""
     header, before = None, None
-    for line, content in enumerate(text.splitlines(), start=1):
+    for line, content in enumerate(text.split("\n"), start=1):  # splitlines would count form feeds too
         if not content.strip() or content.lstrip().startswith(COMMENT):
             continue
-        cells = tuple(cell.strip() for cell in next(csv.reader([content])))
         place = f"{path}:{line}"
+        cells = _cells(place, content)
         if header is None:
             header = tuple(cell.lower() for cell in cells)
             if header != COLUMNS:
-                raise MotionError(f"{place}: the header is {content.strip()!r}, it must be {','.join(COLUMNS)}")
+                raise MotionError(
+                    f"{place}: the header is {reprlib.repr(content.strip())}, it must be {','.join(COLUMNS)}"
+                )
             continue
         row = _Row(line, _numbers(place, cells))
         if before is not None and not row.values[0] > before.values[0]:
@@ -115,10 +122,23 @@ def _rows(path: Path, text: str) -> Iterator[_Row]:
                 f"{place}: time = {row.values[0]:.9g} s does not come after the {before.values[0]:.9g} s of line"
                 f" {before.line}: times must increase"
             )
+        if before is not None and row.values[0] - before.values[0] < CLOSEST * ROUNDING:
+            raise MotionError(
+                f"{place}: time = {row.values[0]:.9g} s is only {row.values[0] - before.values[0]:.3g} s after line"
+                f" {before.line}: {CLOSEST:g} s at least"
+            )
         before = row
         yield row
     if header is None:
         raise MotionError(f"{path} is empty: its first line must be {','.join(COLUMNS)}")
+
+
+def _cells(place: str, content: str) -> tuple[str, ...]:
+    """The cells of a line."""
+    try:
+        return tuple(cell.strip() for cell in next(csv.reader([content])))
+    except csv.Error as error:
+        raise MotionError(f"{place}: this is no line of CSV: {error}") from error
 
 
 def _numbers(place: str, cells: tuple[str, ...]) -> tuple[float, ...]:
@@ -135,5 +155,5 @@ def _number(place: str, name: str, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise MotionError(f"{place}: {name} = {cell!r} cannot be: it must be a number, as 0.092")
+        raise MotionError(f"{place}: {name} = {reprlib.repr(cell)} cannot be: it must be a number, as 0.092")
     return value

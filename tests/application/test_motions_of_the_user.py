@@ -143,6 +143,45 @@ def test_a_trajectory_that_cannot_be_run_is_refused_in_one_sentence(file, text, 
     assert "\n" not in told
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (f"time,x,y\n0,0.1,{'7' * 140_000}\n", "my.csv:2: this is no line of CSV: field larger than field limit"),
+        (f"{'t' * 9999},x,y\n", "my.csv:1: the header is 'ttttttttttt"),
+        (
+            "time,x,y\n0,0.1,0.07\n1e-320,0.1,0.07\n1,0.1,0.07\n",
+            "my.csv:3: time = 9.99988867e-321 s is only 1e-320 s after line 2: 1e-06 s at least",
+        ),
+        (
+            "time,x,y\n0,0.1,0.07\n1,0.075,0.0412\n",
+            "my.csv:3: (0.075, 0.0412) m is too near to a singularity: 0.00312 m away, limits.singularity_distance asks"
+            " for 0.005 m at least; stay nearer to the middle of the legs",
+        ),
+        ("# \x0c \x0b \u2028 \x85\ntime,x,y\n0,0.1,half\n", "my.csv:3: y = 'half' cannot be"),
+        ("# one\r\n# two\rtime,x,y\r\n0,0.1,half\r\n", "my.csv:4: y = 'half' cannot be"),
+    ],
+)
+def test_a_file_that_nobody_meant_is_refused_with_its_line(file, text, sentence):
+    path = file(text)
+    with pytest.raises(MotionError) as caught:
+        planned(loop__motion=path)
+    told = str(caught.value).replace(path, "my.csv")
+    assert sentence in told
+    assert len(told) < 250
+
+
+def test_points_a_microsecond_apart_are_still_a_trajectory(file):
+    points = "0.5,0.1,0.07\n0.500001,0.1,0.07\n1.5,0.1001,0.07\n"
+    assert planned(loop__motion=file("time,x,y\n" + points)).in_motion.sum() == 250
+
+
+def test_a_circle_near_a_singularity_is_refused_with_its_distance():
+    with pytest.raises(
+        MotionError, match=r"motion\.circle at 0\.\d+ s: .* limits\.singularity_distance asks for 0\.03"
+    ):
+        planned(loop__motion="circle", limits__singularity_distance=0.03)
+
+
 def test_what_is_told_to_fit_does_fit(file):
     text = "time,x,y\n0,0.1,0.07\n{},0.12,0.07\n{},0.1,0.07\n"
     with pytest.raises(MotionError, match=r"takes 1\.32 times as long"):

@@ -78,6 +78,12 @@ def test_a_column_keeps_its_unit(tmp_path: Path):
     assert table["q_1"].to_pylist() == [1.0, 3.0]
 
 
+def test_a_folder_that_cannot_be_written_to_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("torquerig.record.os.access", lambda _path, _mode: False)  # root may write everywhere
+    with pytest.raises(RecordError, match=r"cannot write a record into .*: there is no permission"):
+        claim(tmp_path)
+
+
 def test_a_record_is_never_overwritten(tmp_path: Path):
     place = claim(tmp_path / "a" / "b")
     assert claim(place) == place

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from torquerig.control import Controller, Law, Limits, make_estimator
+from torquerig.control import Controller, Desired, Law, Limits, State, make_estimator
 from torquerig.mechanism import HOME, Manipulator, warm_up
 
 PERIOD_NS = 4_000_000
@@ -61,6 +61,22 @@ class Textbook:
 @pytest.fixture(scope="session")
 def textbook() -> Textbook:
     return Textbook()
+
+
+@pytest.fixture(scope="session")
+def situation(model):
+    """A state and a reference beside it, from offsets of the plane's quantities."""
+
+    def build(x=0.095, y=0.065, vx=0.2, vy=-0.1, ex=0.001, ey=-0.002, evx=0.03, evy=0.01, ax=5.0, ay=-3.0):
+        position, velocity = np.array((x, y)), np.array((vx, vy))
+        state = State(
+            model.inverse_kinematics(position).theta, model.joint_rates(position, velocity)[:3], position, velocity
+        )
+        x_d, v_d = position + np.array((ex, ey)), velocity + np.array((evx, evy))
+        q_d, qd_d = model.inverse_kinematics(x_d).theta, model.joint_rates(x_d, v_d)[:3]
+        return state, Desired(x_d, v_d, np.array((ax, ay)), q_d, qd_d)
+
+    return build
 
 
 class Sample(NamedTuple):

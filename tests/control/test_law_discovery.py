@@ -5,7 +5,9 @@ import textwrap
 
 import pytest
 
-from torquerig.control import UnknownLawError, law_named, laws, load_laws
+from torquerig import building, load_configuration
+from torquerig.cli import main
+from torquerig.control import LawFileError, UnknownLawError, law_named, laws, load_laws
 
 NEW_LAW = """
     from dataclasses import dataclass
@@ -44,8 +46,9 @@ def test_a_file_dropped_into_the_package_is_found(folder, model):
 
 
 def test_laws_that_a_file_only_imports_are_not_its_own(folder):
+    before = load_laws()
     (folder / "dropped_import.py").write_text("from torquerig.control.laws.coupled_pd import CoupledPD\n")
-    assert len(load_laws()) == 4
+    assert load_laws() == before
 
 
 def test_two_laws_of_one_name_are_refused(folder):
@@ -55,6 +58,60 @@ def test_two_laws_of_one_name_are_refused(folder):
 
 
 def test_an_unknown_law_is_answered_with_the_known_ones():
-    known = "augmented-pd, computed-torque, coupled-pd, decoupled-pd"
-    with pytest.raises(UnknownLawError, match=f"unknown law 'pid': choose {known}"):
-        law_named("pid")
+    known = ", ".join(load_laws())
+    assert "augmented-pd, computed-torque, coupled-pd, decoupled-pd" in known
+    with pytest.raises(UnknownLawError, match=f"unknown law 'nosuch': choose {known}"):
+        law_named("nosuch")
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ('name: ClassVar[str] = "spring"', "law Spring has no name"),
+        ("gains: ClassVar = {1: Gains(1.0, 0.0)}", "law Spring has no gains"),
+    ],
+)
+def test_a_law_without_name_or_gains_is_refused_with_its_file(folder, line, sentence):
+    text = textwrap.dedent(NEW_LAW.format(name="spring"))
+    assert line in text
+    (folder / "dropped_lacking.py").write_text(text.replace(line, "other: ClassVar[int] = 1"))
+    with pytest.raises(LawFileError) as refused:
+        load_laws()
+    assert str(refused.value).startswith(f"{folder / 'dropped_lacking.py'}: {sentence}: ")
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("gains", ["{}", "{1: (1.0,)}", "{1: 5.0}", "[1, 2]"])
+def test_gains_that_are_none_are_refused(folder, gains):
+    text = textwrap.dedent(NEW_LAW.format(name="spring")).replace("{1: Gains(1.0, 0.0)}", gains)
+    (folder / "dropped_gainless.py").write_text(text)
+    with pytest.raises(LawFileError, match=r"dropped_gainless\.py: law Spring has no gains: "):
+        load_laws()
+
+
+def test_the_command_line_tells_of_a_bad_law_in_one_sentence(folder, capsys):
+    (folder / "dropped_nameless.py").write_text(textwrap.dedent(NEW_LAW.format(name="")))
+    assert main(["config"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_run_of_a_motion_that_a_law_has_no_gains_for_is_refused(folder, capsys):
+    (folder / "dropped_spring.py").write_text(textwrap.dedent(NEW_LAW.format(name="spring")))
+    assert main(["run", "--law", "spring", "--motion", "2", "--json"]) == 2
+    told = capsys.readouterr().err
+    assert "spring has no gains for motion 2, only for 1: " in told
+    assert "[laws.spring.motion2]" in told
+    assert told.count("\n") == 1
+
+
+def test_gains_of_the_configuration_do_where_the_law_has_none(folder, tmp_path):
+    (folder / "dropped_spring.py").write_text(textwrap.dedent(NEW_LAW.format(name="spring")))
+    mine = tmp_path / "mine.toml"
+    mine.write_text('[loop]\nlaw = "spring"\nmotion = 2\n[laws.spring.motion2]\nkp = 7.0\nkv = 0.5\n', encoding="utf-8")
+    assert building.gains(load_configuration(mine).rig) == (7.0, 0.5)
+
+
+def test_the_help_of_run_lists_a_new_law(folder, capsys):
+    (folder / "dropped_spring.py").write_text(textwrap.dedent(NEW_LAW.format(name="spring")))
+    assert main(["run", "--help"]) == 0
+    assert "spring" in capsys.readouterr().out

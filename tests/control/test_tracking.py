@@ -26,7 +26,8 @@ def log():
     log.complete[:] = True
     log.position[:] = (0.103, 0.056)
     log.velocity[:] = np.arange(n)[:, None] * (0.3, 0.4)
-    log.tau[:] = np.arange(n)[:, None] * (0.01, -0.1, 0.0)
+    log.tau[:] = 0.0
+    log.tau_actual[:] = np.arange(n)[:, None] * (0.01, -0.1, 0.0)
     log.work_ns[:] = [1000, 2000, 3000, 4000, 5000, 9000]
     return log
 

@@ -1,9 +1,13 @@
 """What the thesis found, on our two plants: what comes out, and what is told as not coming out."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from torquerig.reproduction.experiments import THESIS_LAWS, Experiment, PlantRuns, Run, planned
 from torquerig.reproduction.findings import findings
+from torquerig.reproduction.tables import PlantReport
+from torquerig.reproduction.verdicts import Claim
 
 BOTH = ("identified", "fitted")
 
@@ -66,8 +70,48 @@ def test_peak_torque_of_the_fast_motion_is_told_as_greater(finding, plant):
 
 @pytest.mark.parametrize("plant", BOTH)
 @pytest.mark.parametrize("motion", [1, 2])
-def test_friction_dominates_where_the_references_velocity_is_constant(finding, plant, motion):
-    assert finding(plant, "friction-dominates-at-constant-velocity", motion)["number"] > 10.0
+def test_that_friction_dominates_along_the_reference_is_told_as_the_models(finding, plant, motion):
+    found = finding(plant, "friction-dominates-at-constant-velocity", motion)
+    assert found["number"] > 10.0
+    assert found["verdict"] == "model"
+
+
+def test_what_is_the_models_is_no_verdict_that_counts():
+    stopped = tuple(Run(experiment, None, "position error limit") for experiment in planned(["fitted"]))
+    report = PlantReport(PlantRuns("fitted", stopped), (judged(of_model=True), judged(of_model=False)))
+    assert (report.reproduced, report.refutable) == (1, 1)
+
+
+def judged(*, of_model):
+    claim = Claim("key", "claim", 1, "measure", "1", "above 1", lambda number: number > 1.0, of_model=of_model)
+    return claim.judged(2.0)
+
+
+@pytest.mark.parametrize("plant", BOTH)
+@pytest.mark.parametrize("motion", [1, 2])
+def test_the_model_explains_the_torque_somewhat_worse_at_constant_velocity(finding, plant, motion):
+    found = finding(plant, "model-worse-at-constant-velocity", motion)
+    assert 1.0 < found["number"] < 2.0
+    assert found["verdict"] == "reproduced"
+
+
+def test_a_peak_is_told_by_the_drives_own_gain_too(reproduced, finding):
+    found = finding("fitted", "peak-torque", 2)
+    run = reproduced.runs("fitted")[found["law"], 2]
+    assert run["true_peak_torque_nm"] == pytest.approx(0.494, abs=0.001)
+    assert "0.494 N·m by the drive's own gain" in found["note"]
+
+
+def test_without_one_of_the_thesis_runs_there_is_no_typical_factor():
+    summary = SimpleNamespace(position_rmse_mm=1.0, velocity_rmse_m_s=0.1)
+    runs = [Run(each, SimpleNamespace(summary=summary), "done") for each in planned(["fitted"])]
+    report = PlantReport(PlantRuns("fitted", tuple(runs)), ())
+    assert report.runs.typical_factor() is not None
+    assert "of 16 numbers" in report.factor_in_words
+    runs[3] = Run(runs[3].experiment, None, "position error limit")
+    report = PlantReport(PlantRuns("fitted", tuple(runs)), ())
+    assert report.runs.typical_factor() is None
+    assert report.factor_in_words == "no typical factor, 14 of 16 numbers are there"
 
 
 def test_findings_are_judged_on_the_thesis_laws_alone(reproduced):

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import click
 
-from torquerig.cli.failures import EXIT_CODES, Failure, show, told
+from torquerig.cli.failures import EXIT_CODES, Failure, sentence_of, show, told
 from torquerig.stopping import Stopped, orderly_stop
 
 
@@ -107,7 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.Abort:
         return 130
     except Stopped as stop:
-        show(Failure(str(stop), stop.exit_code))
+        show(Failure(sentence_of(stop), stop.exit_code))
         return stop.exit_code
     except BrokenPipeError:
         sys.stderr.close()

@@ -16,6 +16,7 @@ from torquerig.cli.agreement import agree
 from torquerig.cli.calibrate_text import print_outcome, print_plan
 from torquerig.cli.failures import MACHINE, Failure
 from torquerig.cli.options import bus_option, calibration_option, config_option, configure, plant_option
+from torquerig.cli.places import check_folder
 from torquerig.cli.procedure_bar import ProcedureBar
 
 _SHARED: Final = (
@@ -107,6 +108,8 @@ def _run(
     **options: object,
 ) -> None:
     """Plan, agree, conduct, and tell."""
+    if place is not None:
+        check_folder(place)
     configuration = configure(config_file, **options)
     task = Task.prepare(name, offer(name), configuration, Request(axis, own))
     if dry_run:

@@ -11,12 +11,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from torquerig.cli.options import picture_option
+from torquerig.cli.places import default_picture
 from torquerig.cli.show import as_object
 from torquerig.cli.tables import number
 from torquerig.comparison_picture import Entry, draw_comparison
 from torquerig.record_figures import Figure, differing, figures_of, ratio
 from torquerig.records import RecordedRun, open_record
 from torquerig.summary import motion_in_words
+from torquerig.timing import finite
 from torquerig.toml_text import write
 
 DEFAULT_PICTURE = Path("torquerig-compare.png")
@@ -35,10 +37,10 @@ def command(places: tuple[Path, ...], picture_file: Path | None, *, as_json: boo
     """
     if not LEAST <= len(places) <= len(HEADINGS):
         raise click.UsageError(f"give {LEAST} to {len(HEADINGS)} records: there are {len(places)}")
+    picture = picture_file or (None if as_json else default_picture(DEFAULT_PICTURE))
     records = [open_record(place) for place in places]
     entries = [Entry(name, record.cycles()) for name, record in zip(_names(records), records, strict=True)]
     columns = [figures_of(record) for record in records]
-    picture = picture_file or (None if as_json else DEFAULT_PICTURE)
     if picture:
         draw_comparison(entries, f"{len(records)} runs compared", picture)
     if as_json:
@@ -72,18 +74,13 @@ def _as_object(records: Sequence[RecordedRun], columns: Sequence[Sequence[Figure
     return {
         "records": [as_object(record) for record in records],
         "differences": [
-            {a.name: _finite(b.value - a.value) for a, b in zip(first, column, strict=True)} for column in columns
+            {a.name: finite(b.value - a.value) for a, b in zip(first, column, strict=True)} for column in columns
         ],
         "ratios": [
-            {a.name: _finite(ratio(b.value, a.value)) for a, b in zip(first, column, strict=True)} for column in columns
+            {a.name: finite(ratio(b.value, a.value)) for a, b in zip(first, column, strict=True)} for column in columns
         ],
         "settings": differing(records),
     }
-
-
-def _finite(value: float) -> float | None:
-    """A number as JSON holds it."""
-    return value if math.isfinite(value) else None
 
 
 def _print(records: Sequence[RecordedRun], columns: Sequence[Sequence[Figure]]) -> None:

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from torquerig.cli.options import configure, simulation_options
+from torquerig.cli.places import PictureFile, default_picture
 from torquerig.cli.progress import ProgressBar
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ _NOT_SIMULATED = ("bus.url", "calibration.file")
 @click.option(
     "--out",
     "picture",
-    metavar="FILE.png",
-    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    type=PictureFile(),
     help=f"Where the picture goes; default: {DEFAULT_PICTURE} here; with --json none.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else.")
@@ -52,9 +53,7 @@ def command(
     from torquerig.estimator_study import study  # noqa: PLC0415
     from torquerig.records import open_record  # noqa: PLC0415
 
-    place = picture or (None if as_json else DEFAULT_PICTURE)
-    if place and not place.parent.is_dir():
-        raise click.BadParameter(f"{place} cannot be written: there is no folder {place.parent}", param_hint="--out")
+    place = picture or (None if as_json else default_picture(DEFAULT_PICTURE, "--out"))
     record = open_record(record_folder) if record_folder else None
     configuration = configure(config_file, _settings_of(record) if record else None, **options)
     with ProgressBar(quiet=as_json) as bar:
@@ -92,12 +91,9 @@ def _title(rig: "Rig", record_folder: Path | None) -> str:
 def _save(outcome: "Study", title: str, place: Path) -> None:
     """Write the picture."""
     from torquerig.estimator_picture import estimator_figure  # noqa: PLC0415
+    from torquerig.picture import save  # noqa: PLC0415
 
-    figure = estimator_figure(outcome, title)
-    try:
-        figure.savefig(place, facecolor="white")
-    except OSError as error:
-        raise click.BadParameter(f"{place} cannot be written: {error.strerror}", param_hint="--out") from error
+    save(estimator_figure(outcome, title), place)
 
 
 def _print(outcome: "Study", title: str, picture: Path | None) -> None:

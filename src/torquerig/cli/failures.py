@@ -57,12 +57,17 @@ def told() -> Iterator[None]:
     try:
         yield
     except Stopped as stop:
-        raise Failure(str(stop), stop.exit_code) from stop
+        raise Failure(sentence_of(stop), stop.exit_code) from stop
     except Exception as error:
         code = _exit_code(error)
         if code == INTERNAL:
             raise
-        raise Failure(str(error), code) from error
+        raise Failure(sentence_of(error), code) from error
+
+
+def sentence_of(error: BaseException) -> str:
+    """What an error says, and what went wrong on the way out, such as drives that nobody saw disabled."""
+    return "; ".join([str(error), *getattr(error, "__notes__", ())])
 
 
 def _exit_code(error: Exception) -> int:

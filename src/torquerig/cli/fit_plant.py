@@ -10,15 +10,17 @@ from rich.console import Console
 from torquerig.cli.options import config_option, configure
 from torquerig.cli.progress import ProgressBar
 from torquerig.complaints import suggestion
+from torquerig.configuration import Configuration
 from torquerig.control.comparison import published_runs
 from torquerig.errors import ConfigurationError
 from torquerig.plant_fit.fit import PlantFit, carry_out
-from torquerig.plant_fit.parameters import DEFAULT, MOST, PARAMETERS, chosen_parameters
+from torquerig.plant_fit.parameters import DEFAULT, MOST, PARAMETERS, PlantParameter, chosen_parameters
 from torquerig.plant_fit.plant_file import check_free, check_name, plant_toml, write_plant
 from torquerig.plant_fit.problem import Problem, thesis_target
 from torquerig.plant_fit.report import as_json, show, verdict
 from torquerig.plant_fit.search import Effort
 from torquerig.plant_fit.workers import workers
+from torquerig.schema import Plant
 from torquerig.stopping import Stopped
 
 SEED: Final = 2
@@ -26,6 +28,18 @@ SEED: Final = 2
 _LIST = "\b\nParameters (unit, bounds):\n" + "\n".join(
     f"  {each.name:<17} {each.lowest:g} .. {each.highest:g} {each.unit}: {each.words}" for each in PARAMETERS.values()
 )
+
+
+class Wanted(NamedTuple):
+    """What is to be fitted.
+
+    Attributes:
+        parameters: What may move.
+        plant: The plant that says everything else.
+    """
+
+    parameters: tuple[PlantParameter, ...]
+    plant: Plant
 
 
 class Told(NamedTuple):
@@ -95,25 +109,14 @@ def command(
     the wire in the end. What comes out is never a validated plant: sixteen numbers do not settle five parameters.
     Ctrl-C ends the search with the best so far.
     """
-    chosen = chosen_parameters([each.strip() for each in parameters.split(",") if each.strip()])
     base = configure(config_file)
-    if plant not in base.rig.plant:
-        raise ConfigurationError(f"--plant {plant!r} is not a plant{suggestion(plant, base.rig.plant)}")
+    wanted = _wanted(base, parameters, plant)
     check_name(name)
     if out:
         check_free(out)
     effort = Effort(screened=1 << (screened - 1).bit_length(), starts=descents)
-    runs = published_runs()
-    stop: Stopped | None = None
     with ProgressBar(quiet=as_object) as bar:
-        bar.phase("starting")
-        with workers(base) as helpers:
-            problem = Problem(chosen, base.rig.plant[plant], runs, helpers, thesis_target(runs))
-            fit = PlantFit(problem)
-            try:
-                carry_out(fit, effort, seed, bar)
-            except Stopped as stopped:
-                stop = stopped
+        fit, stop = _search(base, wanted, effort, seed, bar)
     told = Told(seed, effort, stopped=stop is not None)
     if out and fit.best is not None:
         write_plant(out, _file(fit, plant, name, told))
@@ -125,6 +128,29 @@ def command(
             click.echo(f"Plant: {out}, to be run by torquerig run --config {out} --plant {name}")
     if stop:
         raise stop
+
+
+def _wanted(base: Configuration, parameters: str, plant: str) -> Wanted:
+    """What to fit, checked."""
+    chosen = chosen_parameters([each.strip() for each in parameters.split(",") if each.strip()])
+    if plant not in base.rig.plant:
+        raise ConfigurationError(f"--plant {plant!r} is not a plant{suggestion(plant, base.rig.plant)}")
+    return Wanted(chosen, base.rig.plant[plant])
+
+
+def _search(
+    base: Configuration, wanted: Wanted, effort: Effort, seed: int, bar: ProgressBar
+) -> tuple[PlantFit, Stopped | None]:
+    """What the search has found until its end, or until somebody stopped it."""
+    runs = published_runs()
+    bar.phase("starting")
+    with workers(base) as helpers:
+        fit = PlantFit(Problem(wanted.parameters, wanted.plant, runs, helpers, thesis_target(runs)))
+        try:
+            carry_out(fit, effort, seed, bar)
+        except Stopped as stop:
+            return fit, stop
+    return fit, None
 
 
 def _file(fit: PlantFit, base: str, name: str, told: Told) -> str:

@@ -11,7 +11,7 @@ from torquerig.calibrating.moving import HOLD
 from torquerig.calibrating.offer import Request
 from torquerig.cli.agreement import agree
 from torquerig.cli.calibrate_text import print_estimates
-from torquerig.cli.failures import USAGE, Failure
+from torquerig.cli.failures import MACHINE, USAGE, Failure, sentence_of
 from torquerig.cli.options import bus_option, calibration_option, config_option, configure, plant_option
 from torquerig.cli.procedure_bar import ProcedureBar
 from torquerig.driver.bus.url import LOCKSTEP
@@ -47,6 +47,8 @@ def command(
         with ProcedureBar(quiet=as_json) as bar:
             result, notes = perform(task, bar)
     except Stopped as stop:
+        if hasattr(stop, "__notes__"):
+            raise Failure(sentence_of(stop), MACHINE) from stop
         click.echo(json.dumps({"ended": str(stop)}) if as_json else f"{stop}: let go, drives disabled")
         return
     if as_json:

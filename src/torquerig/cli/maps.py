@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from torquerig.cli.options import config_option, configure
+from torquerig.cli.places import check_folder
 
 
 @click.command("maps")
@@ -26,16 +27,15 @@ def command(config_file: Path | None, folder: Path) -> None:
     """
     from torquerig.building import manipulator  # noqa: PLC0415  (after the options: a wrong one is told at once)
     from torquerig.maps import singularity_figure, stiffness_figure, transmission_figure  # noqa: PLC0415
+    from torquerig.picture import save  # noqa: PLC0415
 
+    check_folder(folder)
     geometry = configure(config_file).rig.model
     model = manipulator(geometry, geometry)
     pictures = (("stiffness", stiffness_figure), ("transmission", transmission_figure))
     for name, draw in (*pictures, ("singularities", singularity_figure)):
         path = folder / f"{name}.png"
         figure = draw(model)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, facecolor="white")
-        except OSError as error:
-            raise click.BadParameter(f"{path} cannot be written: {error.strerror}", param_hint="--out") from error
+        folder.mkdir(parents=True, exist_ok=True)
+        save(figure, path)
         click.echo(path)

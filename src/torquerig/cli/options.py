@@ -6,7 +6,9 @@ from typing import Any, Final, TypeVar
 
 import click
 
+from torquerig.cli.places import PictureFile
 from torquerig.configuration import Configuration, load_configuration
+from torquerig.control.laws import load_laws
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -62,9 +64,18 @@ def _motion(_context: click.Context, _parameter: click.Parameter, value: str | N
     return int(value) if value is not None and value.isdecimal() else value
 
 
+class _LawOption(click.Option):
+    """--law, whose help lists the laws that there are when somebody asks for it."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Name and help."""
+        self.help = f"The control law: {', '.join(load_laws())}."
+        return super().get_help_record(ctx)
+
+
 _RUN_OPTIONS: Final = (
     bus_option,
-    click.option("--law", metavar="NAME", help="decoupled-pd, coupled-pd, augmented-pd or computed-torque."),
+    click.option("--law", cls=_LawOption, metavar="NAME"),
     click.option(
         "--motion",
         metavar="1|2|circle|corner",
@@ -93,9 +104,7 @@ _RUN_OPTIONS: Final = (
 
 def picture_option(words: str) -> Callable[[Command], Command]:
     """The option that says where the picture goes, with its help."""
-    return click.option(
-        "--picture", "picture_file", metavar="FILE", type=click.Path(path_type=Path, dir_okay=False), help=words
-    )
+    return click.option("--picture", "picture_file", metavar="FILE", type=PictureFile(), help=words)
 
 
 def run_options(command: Command) -> Command:

@@ -7,6 +7,7 @@ import click
 from rich.console import Console
 
 from torquerig.cli.options import configure, picture_option, record_option, run_options
+from torquerig.cli.places import default_picture
 from torquerig.cli.progress import ProgressBar
 from torquerig.cli.tables import summary_table, title_of
 from torquerig.experiment import Outcome, run_experiment
@@ -34,10 +35,10 @@ def command(
     With no options this is the thesis' experiment, simulated: motion 1 under computed torque at 250 Hz, over real
     CANopen frames.
     """
+    place = picture_file or _default_picture(record_folder, as_json=as_json)
     configuration = configure(config_file, **options)
     with ProgressBar(quiet=as_json) as bar:
         outcome = run_experiment(configuration, record=record_folder, watcher=bar)
-    place = picture_file or _default_picture(record_folder, as_json=as_json)
     if place:
         draw(outcome.log, title_of(outcome.summary), place, outcome.truth)
     if as_json:
@@ -50,7 +51,7 @@ def _default_picture(record_folder: Path | None, *, as_json: bool) -> Path | Non
     """Where the picture goes when nobody says it; None for no picture."""
     if record_folder:
         return record_folder / PICTURE_FILE
-    return None if as_json else DEFAULT_PICTURE
+    return None if as_json else default_picture(DEFAULT_PICTURE)
 
 
 def _print(outcome: Outcome, picture: Path | None) -> None:

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from torquerig.cli.options import picture_option
+from torquerig.cli.places import default_picture
 from torquerig.cli.tables import number, summary_table, title_of
 from torquerig.picture import draw
 from torquerig.record import SIM
@@ -26,8 +27,8 @@ DEFAULT_PICTURE = Path("torquerig-show.png")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else.")
 def command(place: Path, picture_file: Path | None, *, as_json: bool) -> None:
     """Tabulate and draw a record: of a run, also one that was stopped, or of `torquerig sim`."""
+    picture = picture_file or (None if as_json else default_picture(DEFAULT_PICTURE))
     record = open_record(place)
-    picture = picture_file or (None if as_json else DEFAULT_PICTURE)
     drawn = picture if picture and _draw(record, picture) else None
     if as_json:
         click.echo(json.dumps(as_object(record), allow_nan=False))

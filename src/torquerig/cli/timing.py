@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from torquerig.cli.options import picture_option
+from torquerig.cli.places import default_picture
 from torquerig.control.log import LoopLog
 from torquerig.control.tracking import incomplete_samples, overrun_rows
 from torquerig.records import RecordedRun, open_record
@@ -29,10 +30,10 @@ SHOWN_OVERRUNS: Final = 10
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else.")
 def command(place: Path, picture_file: Path | None, *, as_json: bool) -> None:
     """Tell how punctual a record's cycles were: lateness, answers, law, torques, and every overrun."""
+    asked = picture_file or (None if as_json else default_picture(DEFAULT_PICTURE))
     record = open_record(place)
     log = record.cycles()
     times = cycle_times(log)
-    asked = picture_file or (None if as_json else DEFAULT_PICTURE)
     picture = asked if times.lateness.size else None  # of skipped cycles alone there is nothing to draw
     if picture:
         title = f"Timing of {record.place.resolve().name}: {log.rows} cycles, {NS_PER_S / log.period_ns:g} Hz"

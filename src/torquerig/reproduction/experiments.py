@@ -1,25 +1,27 @@
 """The thesis' experiments: which there are, and all of them run one after another."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from torquerig.building import THESIS_RATE_HZ, controller
-from torquerig.configuration import Configuration, load_configuration
-from torquerig.control.comparison import typical_factor
+from torquerig.building import controller
+from torquerig.configuration import Configuration
+from torquerig.control.comparison import published_runs, typical_factor
 from torquerig.control.errors import LimitExceeded
 from torquerig.control.law import Law, Published
 from torquerig.control.laws import load_laws
-from torquerig.control.log import LoopLog
 from torquerig.control.motions import THESIS_STROKES
-from torquerig.control.tracking import law_us
-from torquerig.driver.errors import DriveFault
+from torquerig.control.tracking import law_us, motion_rows
+from torquerig.driver.errors import DriveFault, TorqueRigError
+from torquerig.errors import ApplicationError, RecordError
 from torquerig.experiment import Outcome, Watcher, run_experiment
 from torquerig.mechanism import Manipulator, MechanismError
+from torquerig.reproduction.settings import configuration_of
+from torquerig.reproduction.torques import true_torque
 from torquerig.summary import Summary
 
 PLANTS: Final = ("identified", "fitted")
@@ -28,6 +30,8 @@ MODEL_BASED_LAWS: Final = ("augmented-pd", "computed-torque")
 THESIS_LAWS: Final = PD_LAWS + MODEL_BASED_LAWS
 """In the order of Tables 6.1 and 6.2."""
 MOTIONS: Final = tuple(THESIS_STROKES)
+NUMBERS: Final = 2 * len(published_runs())
+"""Errors of the thesis to compare with: position and velocity of each of its runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +58,8 @@ class Experiment:
     @property
     def published(self) -> Published | None:
         """The thesis' result; None for a law or motion that it does not have."""
-        return self.law.published.get(self.motion)
+        result = self.law.published.get(self.motion)
+        return result if result is not None and result.is_of_thesis else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +90,15 @@ class Run:
     def summary(self) -> Summary | None:
         """Its numbers; None if it was stopped."""
         return None if self.outcome is None else self.outcome.summary
+
+    @property
+    def true_peak_torque_nm(self) -> float | None:
+        """The peak torque by the drives' own gains, not by the driver's counts [N·m]; None if the run was stopped."""
+        if self.outcome is None:
+            return None
+        log = self.outcome.log
+        recorded = log.tau_actual[: log.rows][motion_rows(log)]
+        return float(np.nanmax(np.abs(true_torque(self.experiment.configuration, recorded))))
 
     @property
     def law_us(self) -> float | None:
@@ -136,19 +150,23 @@ class PlantRuns:
         return tuple(run for run in self.runs if run.motion == motion and run.outcome is not None)
 
     def compared(self) -> int:
-        """How many numbers have one of the thesis beside them: 16 if all its runs came to their end."""
+        """How many numbers have one of the thesis beside them: `NUMBERS` if all its runs came to their end."""
         return 2 * sum(run.ratios is not None for run in self.runs)
 
     def typical_factor(self) -> float | None:
-        """The typical factor between our errors and the thesis'; None when there is nothing to compare."""
+        """The typical factor between our errors and all of the thesis'; None when a run of its was stopped.
+
+        A stopped run is the worst there is: a factor of the others alone would look the better for it.
+        """
         ratios = [ratio for run in self.runs for ratio in run.ratios or ()]
-        return typical_factor(ratios, [1.0] * len(ratios)) if ratios else None
+        return typical_factor(ratios, [1.0] * NUMBERS) if len(ratios) == NUMBERS else None
 
 
 def planned(plants: Sequence[str], config_file: Path | None = None) -> tuple[Experiment, ...]:
     """The experiments: on each plant each motion under every law that has gains for it.
 
-    They are the thesis': in lockstep, one run each, at its sampling time. All else is as configured.
+    They are the thesis': in lockstep, one run each, with its motions, gains and sampling time. All else is as
+    configured.
 
     Args:
         plants: Names of plants.
@@ -164,7 +182,7 @@ def planned(plants: Sequence[str], config_file: Path | None = None) -> tuple[Exp
     ordered = [laws[name] for name in THESIS_LAWS if name in laws]
     ordered += [law for law in laws.values() if law not in ordered]
     return tuple(
-        Experiment(plant, law, motion, _configuration(config_file, plant, law.name, motion))
+        Experiment(plant, law, motion, configuration_of(config_file, plant, law.name, motion))
         for plant in dict.fromkeys(plants)
         for motion in MOTIONS
         for law in ordered
@@ -228,30 +246,9 @@ class Series:
         self._watcher.cycles_done(self._before + done)
 
 
-def motion_part(log: LoopLog) -> slice:
-    """The rows of the motion, and the one at which it ends."""
-    rows = np.flatnonzero(log.in_motion)
-    return slice(int(rows[0]), int(rows[-1]) + 2)
-
-
 def finite(value: float | None) -> float | None:
     """A number, or None if it is none."""
     return value if value is not None and math.isfinite(value) else None
-
-
-def _configuration(config_file: Path | None, plant: str, law: str, motion: int) -> Configuration:
-    options = dict(_settings(plant, law, motion))
-    return load_configuration(config_file, options, origin="reproduce")
-
-
-def _settings(plant: str, law: str, motion: int) -> Iterator[tuple[str, object]]:
-    """What makes a configuration that of a thesis' experiment."""
-    yield "bus.url", "lockstep:"
-    yield "simulator.plant", plant
-    yield "loop.law", law
-    yield "loop.motion", motion
-    yield "loop.rate_hz", THESIS_RATE_HZ
-    yield "loop.repeat", 1
 
 
 def _run(experiment: Experiment, watcher: Watcher, record: Path | None) -> Run:
@@ -260,4 +257,8 @@ def _run(experiment: Experiment, watcher: Watcher, record: Path | None) -> Run:
         outcome = run_experiment(experiment.configuration, record=record, watcher=watcher)
     except (LimitExceeded, DriveFault, MechanismError) as stop:
         return Run(experiment, None, str(stop))
+    except (ApplicationError, TorqueRigError):
+        raise  # some of them are an OSError too, and tell more than its words
+    except OSError as error:
+        raise RecordError(f"cannot write the record {record}: {error.strerror or error}") from error
     return Run(experiment, outcome, "done")

@@ -13,9 +13,9 @@ from torquerig.maps import stiffness_figure, transmission_figure
 from torquerig.mechanism import Manipulator
 from torquerig.picture import COLOURS, DESIRED, INK
 from torquerig.reproduction import thesis_axes
-from torquerig.reproduction.experiments import MOTIONS, PlantRuns, Run, motion_part
+from torquerig.reproduction.experiments import MOTIONS, PlantRuns, Run
 from torquerig.reproduction.plots import Curve, Picture, draw_panels, look_of, png_of
-from torquerig.reproduction.torques import measured_components, reference_components
+from torquerig.reproduction.torques import measured_components, motion_part, recorded_torque, reference_components
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,11 @@ _COMPONENTS: Final = {
     "friction": ("viscous friction", COLOURS[1]),
     "stiction": ("stiction", COLOURS[2]),
 }
+_RECORDED: Final = {"color": DESIRED, "linewidth": 4.0, "zorder": 1.5}
+_RESIDUAL: Final = {"color": "#be185d", "linewidth": 1.4, "linestyle": "--"}
 _DOTS: Final = {"linestyle": "none", "marker": ".", "markersize": 4, "alpha": 0.7}
+_AS_MEASURED: Final = {"total": "dots: as measured"}
+"""What stands in the legend for all dots."""
 _NOT_AS_NUMBERS: Final = "The thesis' own curves exist in print only; axes and ranges are its own."
 
 
@@ -118,8 +122,14 @@ def _components(motion: int, plant: PlantRuns) -> Picture | None:
     if log is None:
         return None
     reference, measured = reference_components(plant.model, log), measured_components(plant.model, log)
+    recorded = recorded_torque(log)
     curves = [
-        [*_parts(reference, motor, {"linewidth": 1.6}, named=True), *_parts(measured, motor, _DOTS, named=False)]
+        [
+            Curve("recorded torque", recorded[:, motor], _RECORDED),
+            *_parts(reference, motor, {"linewidth": 1.6}, named=True),
+            *_parts(measured, motor, _DOTS, named=False),
+            Curve("residual", (recorded - measured.total)[:, motor], _RESIDUAL),
+        ]
         for motor in range(3)
     ]
     return Picture(
@@ -127,9 +137,11 @@ def _components(motion: int, plant: PlantRuns) -> Picture | None:
         plant.plant,
         f"Torque components, motion {motion}",
         "Lines: along the reference, with the thesis' stiction of 0.02 N·m on motor 1. Dots: along the motion that was"
-        f" measured under {COMPONENT_LAW}, by central differences, without stiction. " + _NOT_AS_NUMBERS,
+        f" measured under {COMPONENT_LAW}, by central differences, the same components. Residual: the torque recorded"
+        " at that instant less their total. The machine's dry friction beyond the stiction is in it, not in the model. "
+        + _NOT_AS_NUMBERS,
         "Torques of the three motors in N·m over the sample: total, inertia, Coriolis and centrifugal, friction and"
-        " stiction.",
+        " stiction, the recorded torque, and what of it the model does not explain.",
         draw_panels(thesis_axes.COMPONENTS[motion], curves, columns=3, height=4.6),
     )
 
@@ -138,7 +150,7 @@ def _parts(components: TorqueComponents, motor: int, look: Mapping[str, Any], *,
     """A motor's components, those that are there."""
     parts = {part: getattr(components, part)[:, motor] for part in _COMPONENTS}
     return [
-        Curve(name if named else "", parts[part], {**look, "color": colour})
+        Curve(name if named else _AS_MEASURED.get(part, ""), parts[part], {**look, "color": colour})
         for part, (name, colour) in _COMPONENTS.items()
         if part != "stiction" or parts[part].any()
     ]

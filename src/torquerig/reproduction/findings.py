@@ -4,9 +4,8 @@ The bounds are the thesis' words or numbers; nothing here depends on what comes 
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from statistics import fmean
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +21,16 @@ from torquerig.reproduction.experiments import (
     PD_LAWS,
     THESIS_LAWS,
     PlantRuns,
-    finite,
-    motion_part,
 )
-from torquerig.reproduction.torques import at_constant_velocity, measured_components, reference_components, rms
+from torquerig.reproduction.torques import (
+    at_constant_velocity,
+    dry_and_viscous,
+    measured_components,
+    recorded_torque,
+    reference_components,
+    rms,
+)
+from torquerig.reproduction.verdicts import Claim, Finding
 from torquerig.summary import Summary
 
 PEAK_TORQUE: Final = {1: (0.2, 0.45), 2: (0.2, 0.5)}
@@ -37,78 +42,6 @@ _PUBLISHED: Final = {(run.law, run.motion): run.position_rmse_mm for run in publ
 Part = TypeVar("Part")
 Errors = Mapping[tuple[str, int], float]
 """Position RMSE by law and motion [mm]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A finding of the thesis on the runs of one plant.
-
-    Attributes:
-        key: Its name.
-        claim: What the thesis found.
-        motion: The motion that it is judged on; None for both.
-        measure: What the number is.
-        number: The number; None if a run that it takes was stopped.
-        unit: Its unit, "1" for a ratio.
-        bound: Where the number must lie for the verdict, in words.
-        thesis: The thesis' own number; None where it gives none.
-        reproduced: Whether the number lies there; None without a number.
-        of: The law that the number is of; empty where it is of several.
-    """
-
-    key: str
-    claim: str
-    motion: int | None
-    measure: str
-    number: float | None
-    unit: str
-    bound: str
-    thesis: float | None
-    reproduced: bool | None
-    of: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """The verdict in words."""
-        if self.reproduced is None:
-            return "not judged"
-        return "reproduced" if self.reproduced else "not reproduced"
-
-    def as_json(self) -> dict[str, Any]:
-        """The finding as JSON holds it."""
-        return {
-            "finding": self.key,
-            "claim": self.claim,
-            "motion": self.motion,
-            "measure": self.measure,
-            "number": self.number,
-            "unit": self.unit,
-            "bound": self.bound,
-            "thesis": self.thesis,
-            "law": self.of or None,
-            "verdict": self.verdict,
-        }
-
-
-class Claim(NamedTuple):
-    """A finding before it is judged: `Finding` without its number; `holds` is its bound as a function."""
-
-    key: str
-    claim: str
-    motion: int | None
-    measure: str
-    unit: str
-    bound: str
-    holds: Callable[[float], bool]
-    thesis: float | None = None
-
-    def judged(self, number: float | None, of: str = "") -> Finding:
-        """The finding with its number and verdict."""
-        number = finite(number)
-        reproduced = None if number is None else self.holds(number)
-        return Finding(
-            self.key, self.claim, self.motion, self.measure, number, self.unit, self.bound, self.thesis, reproduced, of
-        )
 
 
 def findings(plant: PlantRuns) -> tuple[Finding, ...]:
@@ -125,7 +58,7 @@ def findings(plant: PlantRuns) -> tuple[Finding, ...]:
     for motion in MOTIONS:
         summaries = _of_thesis_laws(plant, motion, lambda outcome: outcome.summary)
         logs = _of_thesis_laws(plant, motion, lambda outcome: outcome.log)
-        judged += [_less_torque(motion, summaries), _peak(motion, summaries)]
+        judged += [_less_torque(motion, summaries), _peak(motion, summaries, _true_peaks(plant, motion))]
         judged += [*_parts(plant.model, motion, logs), _contrast(plant.model, motion, logs)]
     order = list(dict.fromkeys(finding.key for finding in judged))
     return tuple(sorted(judged, key=lambda finding: order.index(finding.key)))
@@ -189,11 +122,18 @@ def _less_torque(motion: int, summaries: Mapping[str, Summary]) -> Finding:
     ).judged(_over(rms_torques.get("coupled-pd"), rms_torques.get("decoupled-pd")))
 
 
-def _peak(motion: int, summaries: Mapping[str, Summary]) -> Finding:
+def _true_peaks(plant: PlantRuns, motion: int) -> dict[str, float]:
+    """By law, what its greatest recorded torque was in truth [N·m]."""
+    return {run.law: peak for run in plant.of(motion) if (peak := run.true_peak_torque_nm) is not None}
+
+
+def _peak(motion: int, summaries: Mapping[str, Summary], in_truth: Mapping[str, float]) -> Finding:
     """Peaks lie where the thesis' do: judged on the peak nearest to an end of the range, or furthest outside."""
     low, high = PEAK_TORQUE[motion]
     peaks = [(summary.peak_torque_nm, law) for law, summary in summaries.items()]
-    worst = min(peaks, key=lambda peak: min(peak[0] - low, high - peak[0]), default=(None, ""))
+    peak, law = min(peaks, key=lambda peak: min(peak[0] - low, high - peak[0]), default=(None, ""))
+    truth = in_truth.get(law)
+    note = "" if truth is None else f"as the driver counts; {truth:.3g} N·m by the drive's own gain"
     return Claim(
         "peak-torque",
         "The peak torques lie in the range of the thesis' figures.",
@@ -202,7 +142,7 @@ def _peak(motion: int, summaries: Mapping[str, Summary]) -> Finding:
         "N·m",
         f"{low:g} to {high:g}",
         lambda peak: low <= peak <= high,
-    ).judged(*worst)
+    ).judged(peak, law, note)
 
 
 def _parts(model: Manipulator, motion: int, logs: Mapping[str, LoopLog]) -> Iterator[Finding]:
@@ -220,14 +160,16 @@ def _parts(model: Manipulator, motion: int, logs: Mapping[str, LoopLog]) -> Iter
         "friction-dominates-at-constant-velocity",
         "At constant velocity friction dominates the torque.",
         motion,
-        "rms torque of friction over that of inertia and Coriolis terms, along the reference",
+        "rms torque of the model's friction over that of inertia and Coriolis terms, along the reference",
         "1",
         "above 1",
         lambda ratio: ratio > 1.0,
+        of_model=True,
     )
     measured = friction._replace(
         key="friction-dominates-as-measured",
         measure="the same along the measured motions, while the reference's velocity is constant; the least",
+        of_model=False,
     )
     along = {law: measured_components(model, log) for law, log in logs.items()}
     steady = {law: at_constant_velocity(log) for law, log in logs.items()}
@@ -239,32 +181,33 @@ def _parts(model: Manipulator, motion: int, logs: Mapping[str, LoopLog]) -> Iter
 
 
 def _dominance(parts: TorqueComponents, rows: NDArray[np.bool_]) -> float:
-    """Friction's torque over what inertia and Coriolis terms take, in some rows."""
-    return rms(parts.friction[rows]) / rms((parts.inertia + parts.coriolis)[rows])
+    """Friction's torque, viscous and the thesis' stiction, over what inertia and Coriolis terms take, in some rows."""
+    return rms(dry_and_viscous(parts)[rows]) / rms((parts.inertia + parts.coriolis)[rows])
 
 
 def _contrast(model: Manipulator, motion: int, logs: Mapping[str, LoopLog]) -> Finding:
-    """The model predicts the torque worse while the velocity is constant."""
+    """The model explains the torque worse while the velocity is constant.
+
+    Judged on the motion that was measured: against the reference's torque, a machine that follows late or swings would
+    count as an error of the model. Position and torque are those of one row (`recorded_torque`).
+    """
     claim = Claim(
         "model-worse-at-constant-velocity",
-        "The recorded torque differs more from the desired one while the velocity is constant.",
+        "The model explains the recorded torque worse while the velocity is constant.",
         motion,
-        "rms(torque - desired) / rms(desired) of all four laws, at constant velocity over elsewhere",
+        "rms(recorded torque - the model's along the measured motion) / rms(recorded torque) of all four laws, while"
+        " the reference's velocity is constant over elsewhere",
         "1",
         "above 1",
         lambda ratio: ratio > 1.0,
     )
-    missed, wanted, steady = [], [], []
-    for log in logs.values():
-        part = motion_part(log)
-        wanted.append(reference_components(model, log).total)
-        missed.append(log.tau_actual[part.start + 1 : part.stop + 1] - wanted[-1])  # reported with the next sample
-        steady.append(at_constant_velocity(log))
     if not logs:
         return claim.judged(None)
-    misses, wants, rows = np.concatenate(missed), np.concatenate(wanted), np.concatenate(steady)
-    at_constant, elsewhere = (rms(misses[which]) / rms(wants[which]) for which in (rows, ~rows))
-    return claim.judged(at_constant / elsewhere)
+    recorded = np.concatenate([recorded_torque(log) for log in logs.values()])
+    modelled = np.concatenate([measured_components(model, log).total for log in logs.values()])
+    steady = np.concatenate([at_constant_velocity(log) for log in logs.values()])
+    at_constant, elsewhere = (rms((recorded - modelled)[rows]) / rms(recorded[rows]) for rows in (steady, ~steady))
+    return claim.judged(at_constant / elsewhere if elsewhere else None)
 
 
 def _gain(errors: Errors, motion: int) -> float | None:

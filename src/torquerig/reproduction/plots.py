@@ -22,7 +22,7 @@ SAMPLE_LABEL: Final = "sample (4 ms each)"
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.85, 0.25, 0.7, 0.55  # [in] around the panels
 _BESIDE, _BETWEEN = 0.95, 0.85  # [in] from one panel to the next
 _LINE: Final = 0.24  # [in] of a legend
-_LEGEND_COLUMNS: Final = 6
+_LEGEND_COLUMNS: Final = 5
 _ROOM: Final = 0.04
 """Between the greatest value and the end of an axis that had to grow, as a share of the axis."""
 _COLOURS: Final = dict(zip(PD_LAWS + MODEL_BASED_LAWS, ("#b45309", "#be185d", "#0b6e99", "#4d7c0f"), strict=True))

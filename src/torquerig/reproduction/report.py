@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -13,6 +14,7 @@ from torquerig.reproduction.experiments import MOTIONS
 from torquerig.reproduction.figures import pictures
 from torquerig.reproduction.misprints import misprints
 from torquerig.reproduction.plots import Picture
+from torquerig.reproduction.settings import Departures
 from torquerig.reproduction.tables import PlantReport
 
 REPORT_FILE: Final = "report.html"
@@ -35,6 +37,11 @@ def claim_folder(wanted: Path | None) -> Path:
         RecordError: If something is in it already, or it cannot be made.
     """
     if wanted is not None:
+        if (wanted / RECORDS).is_dir() and not (wanted / REPORT_FILE).exists():
+            raise RecordError(
+                f"{wanted} holds records of a reproduction that did not come to its report: remove it, or name another"
+                " folder"
+            )
         return claim(wanted)
     place, number = Path(DEFAULT_FOLDER), 1
     while place.exists():
@@ -43,11 +50,33 @@ def claim_folder(wanted: Path | None) -> Path:
     return claim(place)
 
 
-def write_report(reports: Sequence[PlantReport], place: Path, watch: Callable[[str], None]) -> Path:
+def put_away(place: Path) -> int:
+    """Remove the empty folders of a reproduction that was stopped.
+
+    Args:
+        place: The report's folder; it goes too if nothing is in it.
+
+    Returns:
+        How many records are left.
+    """
+    records = place / RECORDS
+    begun = list(records.iterdir()) if records.is_dir() else []
+    kept = [record for record in begun if any(record.iterdir())]
+    empty = [record for record in begun if record not in kept]
+    for folder in (*empty, records, place):
+        with suppress(OSError):  # it is not empty, or not there, or not ours to remove
+            folder.rmdir()
+    return len(kept)
+
+
+def write_report(
+    reports: Sequence[PlantReport], departures: Departures, place: Path, watch: Callable[[str], None]
+) -> Path:
     """Draw the figures, and write them and the report.
 
     Args:
         reports: What came out on each plant.
+        departures: What the user's file changes.
         place: The report's folder, where the runs' records are already.
         watch: Is told what is being done.
 
@@ -64,17 +93,18 @@ def write_report(reports: Sequence[PlantReport], place: Path, watch: Callable[[s
             (place / picture.file_name).write_bytes(picture.png)
             drawn.append(picture)
         watch("writing the report")
-        path.write_text(render(reports, drawn), encoding="utf-8")
+        path.write_text(render(reports, departures, drawn), encoding="utf-8")
     except OSError as error:
-        raise RecordError(f"cannot write the report {path}: {error.strerror}") from error
+        raise RecordError(f"cannot write the report {path}: {error.strerror or error}") from error
     return path
 
 
-def render(reports: Sequence[PlantReport], drawn: Sequence[Picture]) -> str:
+def render(reports: Sequence[PlantReport], departures: Departures, drawn: Sequence[Picture]) -> str:
     """The report as HTML.
 
     Args:
         reports: What came out on each plant.
+        departures: What the user's file changes.
         drawn: Its pictures.
 
     Returns:
@@ -92,6 +122,7 @@ def render(reports: Sequence[PlantReport], drawn: Sequence[Picture]) -> str:
     environment.filters["data_uri"] = _data_uri
     return environment.get_template(TEMPLATE).render(
         reports=reports,
+        departures=departures,
         figures=_by_number(drawn),
         misprints=misprints(),
         motions={motion: THESIS_STROKES[motion] for motion in MOTIONS},

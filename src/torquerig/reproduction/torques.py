@@ -5,15 +5,21 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from torquerig.configuration import Configuration
 from torquerig.control.components import TorqueComponents, torque_components
 from torquerig.control.law import THESIS_STICTION
 from torquerig.control.log import LoopLog
 from torquerig.mechanism import Manipulator
-from torquerig.reproduction.experiments import motion_part
 
 STICTION: Final = (THESIS_STICTION, 0.0, 0.0)
 """The thesis compensated it at motor 1 only, 6.2 [N·m at the motor]."""
 _AT_REST: Final = 1e-9  # [m/s², m/s] below this a reference's value is 0
+
+
+def motion_part(log: LoopLog) -> slice:
+    """The rows of the motion, and the one at which it ends."""
+    rows = np.flatnonzero(log.in_motion)
+    return slice(int(rows[0]), int(rows[-1]) + 2)
 
 
 def reference_components(model: Manipulator, log: LoopLog) -> TorqueComponents:
@@ -32,9 +38,10 @@ def reference_components(model: Manipulator, log: LoopLog) -> TorqueComponents:
 
 
 def measured_components(model: Manipulator, log: LoopLog) -> TorqueComponents:
-    """What the motion that was measured takes, by the same model but without stiction.
+    """What the motion that was measured takes, by the same model.
 
-    Velocity and acceleration are central differences of the measured positions, which neither lag nor lead.
+    Velocity and acceleration are central differences of the measured positions, which neither lag nor lead. Of dry
+    friction the thesis' model knows no more than the stiction of motor 1.
 
     Args:
         model: The manipulator as the controller knew it.
@@ -47,7 +54,47 @@ def measured_components(model: Manipulator, log: LoopLog) -> TorqueComponents:
     rows = np.arange(part.start, part.stop)
     period = log.period_ns / 1e9
     before, here, after = log.position[rows - 1], log.position[rows], log.position[rows + 1]
-    return torque_components(model, here, (after - before) / (2 * period), (after - 2 * here + before) / period**2)
+    velocity, acceleration = (after - before) / (2 * period), (after - 2 * here + before) / period**2
+    return torque_components(model, here, velocity, acceleration, stiction=STICTION)
+
+
+def recorded_torque(log: LoopLog) -> NDArray[np.float64]:
+    """The motors' torques that acted while the machine was where `motion_part`'s rows measured it.
+
+    SYNC latches a drive's position and actual torque together, and its TPDO1 brings both: they stand in one row. It is
+    the torque that the command of the row before has brought, which left about 3 ms after its SYNC and holds for 4 ms.
+
+    Args:
+        log: A run's log.
+
+    Returns:
+        Torques as the driver counts them, shape (rows, 3) [N·m at the motor].
+    """
+    return log.tau_actual[motion_part(log)]
+
+
+def dry_and_viscous(parts: TorqueComponents) -> NDArray[np.float64]:
+    """All friction that the model has, shape (rows, 3) [N·m at the motor]."""
+    return parts.friction + parts.stiction
+
+
+def true_torque(configuration: Configuration, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What torques were in truth that the driver has read from the simulated drives.
+
+    The drive tells counts of its own gain; the driver divides them by its own counts per N·m.
+
+    Args:
+        configuration: Of the run, with drives that tell counts.
+        tau: Torques as the driver counts them, shape (rows, 3) [N·m at the motor].
+
+    Returns:
+        Torques of the motors, shape (rows, 3) [N·m].
+    """
+    rig = configuration.rig
+    signs = np.array([axis.sign for axis in rig.axes.legs])
+    positive = np.array([axis.counts_per_nm_positive for axis in rig.axes.legs]) / rig.drive.gain_positive
+    negative = np.array([axis.counts_per_nm_negative for axis in rig.axes.legs]) / rig.drive.gain_negative
+    return tau * np.where(signs * tau >= 0.0, positive, negative)
 
 
 def at_constant_velocity(log: LoopLog) -> NDArray[np.bool_]:
