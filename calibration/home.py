@@ -1,5 +1,6 @@
 """The home procedure: drives take the fixture's pose for home, and a small round shows whether the legs close."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -23,6 +24,21 @@ _SPEED: Final = 0.02  # [m/s]
 _ACCELERATION: Final = 0.2  # [m/s²]
 _JOINT_SPEED: Final = 2.0  # [rad/s]: 0.02 m/s turn a joint by 0.6 rad/s at most; twice that, and breaking loose
 _PAUSE: Final = 0.1  # [s] at each corner
+_COVERED: Final = 0.5  # of its travel that each joint must cover; friction leaves 0.55 of the smallest round
+
+
+class Round(NamedTuple):
+    """How much of the round was made.
+
+    Attributes:
+        farthest: From the fixture [m].
+        missed: How near each corner was come to, shape (4,) [m].
+        covered: Share of its planned travel that each joint covered, shape (3,).
+    """
+
+    farthest: float
+    missed: Vector
+    covered: Vector
 
 
 class Around(NamedTuple):
@@ -71,17 +87,14 @@ class HomeProcedure:
 
     def legs(self) -> list[SmoothMove]:
         """The moves: out to a corner, round the square, and back."""
-        x, y = self.place
-        r = self.reach
-        stops = [(x, y), (x + r, y + r), (x + r, y - r), (x - r, y - r), (x - r, y + r), (x, y)]
+        stops = [self.place, *((float(x), float(y)) for x, y in self._corners()), self.place]
         return [SmoothMove.within(a, b, speed=_SPEED, acceleration=_ACCELERATION) for a, b in pairwise(stops)]
 
     def plan(self) -> Plan:
         """Home, and one round."""
         lasts = sum(leg.duration + _PAUSE for leg in self.legs())
         theta = self.model.inverse_kinematics(self.place).theta
-        corners = np.array([self.model.inverse_kinematics(self._corner(number)).theta for number in range(4)])
-        travel = float(np.abs(corners - theta).max())
+        travel = float(np.abs(self._angles(self._corners()) - theta).max())
         x, y = 1e3 * self.place[0], 1e3 * self.place[1]
         return Plan(
             "Home: the fixture's pose becomes home, checked by the redundant leg",
@@ -98,9 +111,13 @@ class HomeProcedure:
             lasts=lasts,
         )
 
-    def _corner(self, number: int) -> tuple[float, float]:
-        right, up = ((1, 1), (1, -1), (-1, -1), (-1, 1))[number]
-        return self.place[0] + right * self.reach, self.place[1] + up * self.reach
+    def _corners(self) -> Vector:
+        """Where the square has its corners, shape (4, 2) [m]."""
+        return np.array(self.place) + self.reach * np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
+
+    def _angles(self, positions: Vector) -> Vector:
+        """Joint angles at positions, shape (n, 3) [rad]."""
+        return np.array([self.model.inverse_kinematics((x, y)).theta for x, y in positions])
 
     def measure(self, conductor: Conductor) -> Around:
         """Home, enable, go round."""
@@ -123,9 +140,10 @@ class HomeProcedure:
             return Result(Verdict.of(failures=[Doubt(f"the angles are no pose: {error}", "Run direction first.")]))
         largest = float(np.abs(residual).max())
         at_home = float(np.abs(residual[0]).max())
-        moved = float(np.linalg.norm(position - position[0], axis=1).max())
+        made = self._made(measured.q, position)
+        moved = made.farthest
         return Result(
-            _verdict(largest, moved, self.reach),
+            _verdict(largest, made, self.reach),
             estimates=(
                 Estimate("largest residual of the closure", 1e6 * largest, np.nan, np.nan, "µm"),
                 Estimate("residual in the fixture", 1e6 * at_home, np.nan, np.nan, "µm"),
@@ -141,18 +159,31 @@ class HomeProcedure:
             drawing=Drawing(position, residual),
         )
 
+    def _made(self, q: Vector, position: Vector) -> Round:
+        """Hold what was gone against what was planned."""
+        corners = self._corners()
+        planned = self._angles(np.vstack([self.place, corners]))
+        return Round(
+            float(np.linalg.norm(position - position[0], axis=1).max()),
+            np.linalg.norm(position[:, None] - corners, axis=2).min(axis=0),
+            np.ptp(q, axis=0) / np.ptp(planned, axis=0),
+        )
 
-def _verdict(largest: float, moved: float, reach: float) -> Verdict:
-    """By how well the legs close, and whether they were moved at all."""
-    if moved < reach / 2:
+
+def _verdict(largest: float, made: Round, reach: float) -> Verdict:
+    """By how well the legs close, and whether the round was made: legs that stand still close too."""
+    if made.farthest < reach / 2:
         return Verdict.of(
             failures=[
                 Doubt(
-                    f"the end-effector moved by {1e3 * moved:.2g} mm only, where {1e3 * reach:g} mm were asked for",
+                    f"the end-effector moved by {1e3 * made.farthest:.2g} mm only, where {1e3 * reach:g} mm"
+                    " were asked for",
                     "Take the fixture off, or see whether friction is more than --torque.",
                 )
             ]
         )
+    if failures := list(_not_made(made, reach)):
+        return Verdict.of(failures=failures)
     found = Doubt(
         f"the legs close within {1e6 * largest:.0f} µm only; ok is {1e6 * CLOSES:.0f}, unusable {1e6 * OPEN:.0f} µm",
         "Set the fixture right and home again; then find the zeros (torquerig calibrate zeros), or look at direction.",
@@ -160,6 +191,24 @@ def _verdict(largest: float, moved: float, reach: float) -> Verdict:
     if largest >= OPEN:
         return Verdict.of(failures=[found])
     return Verdict.of(suspicions=[found] if largest > CLOSES else [])
+
+
+def _not_made(made: Round, reach: float) -> Iterator[Doubt]:
+    """What of the round is missing. The fixture is 1.4 reaches from a corner, friction leaves 0.8 of the smallest."""
+    advice = "Look at the signs of the axes first: torquerig calibrate direction."
+    # the negation catches NaN as well
+    if not made.missed.max() < reach:
+        yield Doubt(
+            f"the round was not made: a corner was missed by {1e3 * made.missed.max():.2g} mm, {1e3 * reach:g} mm is"
+            " the most",
+            advice,
+        )
+    for joint, share in enumerate(made.covered, start=1):
+        if not share >= _COVERED:
+            yield Doubt(
+                f"joint {joint} covered {100 * share:.0f} % of its planned travel, {100 * _COVERED:.0f} % is the least",
+                advice,
+            )
 
 
 def _table(position: Vector, residual: Vector) -> Table:

@@ -60,6 +60,7 @@ class LatencyProcedure:
         bitrate: Of the bus [bit/s].
         acts_at_sync: Whether RPDOs act at the next SYNC (transmission type 1), not on reception.
         axes: Which ones are reported, from 1.
+        places: How many commands of other drives go over the wire before that of each axis.
         name: As the command line calls it.
         start: Positions need no meaning.
     """
@@ -69,6 +70,7 @@ class LatencyProcedure:
     bitrate: int
     acts_at_sync: bool
     axes: tuple[int, ...]
+    places: tuple[int, ...]
     name: str = "latency"
     start: Start = Start.ENABLED
 
@@ -136,8 +138,8 @@ class LatencyProcedure:
                 drawing=drawing,
             )
         found = {axis: response for axis in self.axes if (response := responses[axis - 1]) is not None}
-        # the drive of axis 1 hears its command first, that of axis n after n frames
-        reaction = {axis: response.delay.value - axis * command for axis, response in found.items()}
+        # a drive hears its command when those before it and its own are over
+        reaction = {axis: each.delay.value - (self.places[axis - 1] + 1) * command for axis, each in found.items()}
         tpdo = worst_case_bits(8) / self.bitrate
         quickest = float(np.median(measured.answers, axis=0).min())  # heartbeats delay some
         sample = max(quickest - sync - tpdo, 0.0)

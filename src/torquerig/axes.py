@@ -5,9 +5,9 @@ from typing import Final
 
 from torquerig.building import manipulator, period_ns
 from torquerig.configuration import DEFAULT, Configuration
-from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.profile import DEFAULT_PROFILE, DriveProfile, load_profile
 from torquerig.driver.master.scale import AxisSettings
+from torquerig.driver.master.settings import GroupSettings
 from torquerig.schema import Axis, Rig
 
 _SCALES: Final = ("counts_per_nm_positive", "counts_per_nm_negative", "encoder_counts")

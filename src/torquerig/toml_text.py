@@ -5,8 +5,11 @@ tomllib gives values without places. Messages and `torquerig config` name the li
 
 import json
 import re
+from collections.abc import Mapping
+from datetime import date, datetime, time
 from typing import Final, NamedTuple
 
+_BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 _HEADER: Final = re.compile(r"""^\s*\[\s*(?P<table>[\w."'\s-]+?)\s*\]\s*(#.*)?$""")
 _ENTRY: Final = re.compile(r"""^\s*(?P<key>[\w."'\s-]+?)\s*=\s*(?P<rest>.*)$""")
 _COMMENT: Final = re.compile(r"""^(?:[^"'#]|"(?:[^"\\]|\\.)*"|'[^']*')*#\s*(?P<comment>.*?)\s*$""")
@@ -51,20 +54,30 @@ def write(value: object) -> str:
     """A value as TOML writes it.
 
     Args:
-        value: A truth value, number, string, or (nested) list of these.
+        value: A truth value, number, string, date, time, or (nested) list or table of these.
 
     Returns:
-        One line of TOML.
+        One line of TOML; of another value, its Python text, for people.
     """
     match value:
         case bool():
             return "true" if value else "false"
         case str():
-            return json.dumps(value, ensure_ascii=False)
+            # JSON's escapes are TOML's, which wants DEL escaped too
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+        case datetime() | date() | time():
+            return value.isoformat()
         case list() | tuple():
             return f"[{', '.join(map(write, value))}]"
+        case Mapping():
+            return f"{{{', '.join(f'{write_key(str(key))} = {write(each)}' for key, each in value.items())}}}"
         case _:
             return repr(value)
+
+
+def write_key(key: str) -> str:
+    """A key as TOML writes it, in quotes where it must be."""
+    return key if _BARE_KEY.fullmatch(key) else write(key)
 
 
 def _bare(dotted: str) -> str:

@@ -1,6 +1,8 @@
 """`torquerig calibrate`: what it shows, what it asks, what it leaves, and what an abort leaves untouched."""
 
+import errno
 import json
+import os
 import signal
 import tomllib
 from contextlib import contextmanager
@@ -12,13 +14,14 @@ from torquerig.assembly import open_rig
 from torquerig.calibrating.catalogue import PROCEDURES, offer
 from torquerig.calibrating.conducting import Consent, Task, conduct
 from torquerig.calibrating.offer import Request
-from torquerig.calibration.procedure import Plan
+from torquerig.calibration.procedure import Plan, Unwatched
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
 from torquerig.control.errors import LimitExceeded
 from torquerig.device_sim.drive.fault_injection import Injection
 from torquerig.driver.errors import DriveFault
 from torquerig.driver.wire.cia402 import DriveState
+from torquerig.errors import ConfigurationError, RecordError
 from torquerig.stopping import Stopped
 
 
@@ -94,6 +97,63 @@ def test_a_drives_fault_in_the_middle_leaves_no_torque_and_the_old_calibration(t
         conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(fault))
     assert_without_torque(seen[0])
     assert old.read_text() == "[axes.1]\nsign = 1\n"
+
+
+def nothing_opens(_configuration, _tap):
+    pytest.fail("the bus was opened")
+
+
+def test_a_calibration_that_cannot_be_read_ends_before_the_bus_is_opened(tmp_path):
+    (tmp_path / "calibration.toml").write_text("[axes.1\n")
+    task = prepared([])
+    task = replace(task, offer=replace(task.offer, open_rig=nothing_opens))
+    with pytest.raises(ConfigurationError, match="is not TOML"):
+        conduct(task, tmp_path, Consent("me", "test"), Unwatched())
+    assert not (tmp_path / "calibration-data").exists()
+
+
+def test_a_folder_that_takes_no_calibration_ends_before_the_bus_is_opened(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda _path, _mode: False)
+    task = prepared([])
+    task = replace(task, offer=replace(task.offer, open_rig=nothing_opens))
+    with pytest.raises(RecordError, match="there is no permission to write into"):
+        conduct(task, tmp_path / "new", Consent("me", "test"), Unwatched())
+    assert not list(tmp_path.iterdir())
+
+
+def full(path, *_rest):
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+
+def test_a_disk_that_gets_full_leaves_the_cycles_and_one_sentence(tmp_path, monkeypatch):
+    monkeypatch.setattr("torquerig.calibrating.conducting.write_run", full)
+    monkeypatch.setattr("torquerig.record.BusLog.write", lambda _log, path, *_rest: full(path))
+    with pytest.raises(RecordError, match="No space left on device"):
+        conduct(prepared([]), tmp_path, Consent("me", "test"), Unwatched())
+    (record,) = (tmp_path / "calibration-data").iterdir()
+    assert {each.name for each in record.iterdir()} == {"cycles.parquet", "steps.parquet", "truth.parquet"}
+    assert not (tmp_path / "calibration.toml").exists()
+
+
+def test_a_figure_that_cannot_be_written_is_one_sentence(tmp_path):
+    task = prepared([])
+    task = replace(task, offer=replace(task.offer, draw=lambda _result, _title, path: full(path)))
+    with pytest.raises(RecordError, match=r"cannot write the figure .*: No space left on device"):
+        conduct(task, tmp_path, Consent("me", "test"), Unwatched())
+
+
+def test_a_full_disk_does_not_hide_the_drives_fault(tmp_path, monkeypatch):
+    monkeypatch.setattr("torquerig.calibrating.conducting.write_run", full)
+    seen: list = []
+
+    def fault() -> None:
+        seen[0].devices.nodes[2].inject(Injection.OVERCURRENT, seen[0].machine.now_ns)
+
+    with pytest.raises(DriveFault, match="drive 2") as caught:
+        conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(fault))
+    assert "No space left on device" in caught.value.__notes__[-1]
+    (record,) = (tmp_path / "calibration-data").iterdir()
+    assert (record / "cycles.parquet").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """calibration.toml: written whole, the old one kept, loaded over the configuration, and never beyond its keys."""
 
 import tomllib
+from datetime import UTC, date, datetime, time
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from torquerig.calibrating.deposit import deposit
 from torquerig.calibration.procedure import Estimate, Result, Verdict
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
-from torquerig.errors import ConfigurationError
+from torquerig.errors import ConfigurationError, RecordError
+from torquerig.toml_text import write
 
 FACTS = {
     "date": "2026-11-22T05:00:00+00:00",
@@ -71,6 +73,49 @@ def test_a_damaged_calibration_is_not_written_over(place):
     with pytest.raises(ConfigurationError, match="is not TOML"):
         deposit(place, "zeros", result(axes__1__encoder_zero=0.01), FACTS)
     assert place.read_text() == "[axes.1\n"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        date(2026, 11, 22),
+        datetime(2026, 11, 22, 5, 0, 0, 250, tzinfo=UTC),
+        time(5, 30),
+        {"who": "me", "a b": [1, {"c": 2.5}], "when": date(2026, 11, 22)},
+        {},
+        'DEL \x7f, tab \t, quote " and \\',
+    ],
+)
+def test_every_value_is_written_as_what_toml_reads_back(value):
+    assert tomllib.loads(f"x = {write(value)}")["x"] == value
+
+
+def test_dates_tables_and_quoted_names_of_an_old_calibration_stay_readable(place):
+    old = """
+[provenance.zeros]
+date = 2026-11-22
+at = 2026-11-22T05:00:00Z
+bench = {name = "B", "serial no" = 7}
+[provenance."my way"]
+note = "by hand"
+"""
+    place.write_text(old)
+    deposit(place, "direction", result(axes__1__sign=-1), FACTS)
+    tables = tomllib.loads(place.read_text())
+    before = tomllib.loads(old)
+    assert {name: tables["provenance"][name] for name in ("zeros", "my way")} == before["provenance"]
+    assert read_calibration(place).settings == {"axes.1.sign": -1}
+
+
+@pytest.mark.parametrize("value", [object(), "\udc80"])
+def test_what_toml_cannot_hold_leaves_the_old_calibration(place, value):
+    deposit(place, "direction", result(axes__1__sign=-1), FACTS)
+    before = place.read_bytes()
+    with pytest.raises(RecordError, match="which is as it was") as caught:
+        deposit(place, "zeros", result(axes__1__encoder_zero=0.01), FACTS | {"bench": value})
+    assert "\n" not in str(caught.value)
+    assert place.read_bytes() == before
+    assert [each.name for each in place.parent.iterdir()] == ["calibration.toml"]
 
 
 def test_a_calibration_wins_over_the_file_and_the_options_over_both(place, tmp_path):

@@ -87,6 +87,23 @@ def test_home_sees_a_wrong_zero_by_the_redundant_leg(zero, grade):
     assert result.verdict.grade is grade
 
 
+@pytest.mark.parametrize(
+    "keys",
+    [{"axes.1.sign": -1}, {WIRED + "torque_sign": [-1, 1, 1], WIRED + "encoder_sign": [-1, 1, 1]}],
+)
+@pytest.mark.parametrize("reach", [1.0, 4.0])
+def test_home_is_not_ok_when_a_reversed_joint_keeps_the_round_from_being_made(keys, reach):
+    result, _ = carry_out("home", keys, reach=reach)
+    assert result.verdict.grade is Grade.FAILED
+    assert "the round was not made: a corner was missed" in result.verdict.reasons[0]
+    assert "torquerig calibrate direction" in result.verdict.advice[0]
+
+
+def test_home_is_ok_after_the_smallest_round():
+    result, _ = carry_out("home", {}, reach=0.5)
+    assert result.verdict.grade is Grade.OK
+
+
 def test_home_sees_a_wrong_gear_by_the_redundant_leg():
     result, _ = carry_out("home", {WIRED + "gear_factor": [1.0, 1.1, 1.0]}, reach=1.0)
     assert result.verdict.grade is not Grade.OK
@@ -108,10 +125,28 @@ def test_latency_recovers_delay_and_lag(seed):
         assert axis["lag_us"]["low"] - margin <= truth["lag_us"] <= axis["lag_us"]["high"] + margin
 
 
+@pytest.mark.parametrize("nodes", [(3, 2, 1), (7, 2, 5)])
+def test_latency_knows_that_the_lowest_node_hears_its_command_first(nodes):
+    keys = {f"axes.{axis}.node_id": node for axis, node in enumerate(nodes, start=1)}
+    result, truth = carry_out("latency", keys, steps=80)
+    assert result.verdict.grade is Grade.OK
+    for axis in result.facts["axes"]:
+        assert axis["reaction_us"] == pytest.approx(truth["reaction_us"], abs=5.0)
+
+
 def test_latency_knows_drives_that_act_at_the_next_sync():
     result, _ = carry_out("latency", {"loop.rpdo_type": 1}, steps=40)
     assert result.verdict.grade is Grade.FAILED
     assert "the delay is one period" in result.verdict.reasons[0]
+
+
+def test_latency_refuses_a_group_rpdo(tmp_path, capsys):
+    config = tmp_path / "my.toml"
+    config.write_text("[loop]\ngroup_rpdo = true\n")
+    assert main(["calibrate", "latency", "--dry-run", "--config", str(config)]) == 2
+    printed = capsys.readouterr().err
+    assert "set loop.group_rpdo = false" in printed
+    assert printed.count("\n") == 1
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -142,6 +177,8 @@ def test_stiction_finds_the_breakaway_of_a_machine_that_then_moves_freely():
         (["latency", "--steps", "2"], "--steps 2 cannot be: 40 to 10000"),
         (["direction", "--axis", "2"], "leave --axis out"),
         (["home", "--reach", "50"], "--reach 50 mm cannot be"),
+        (["identify", "--dry-run", "--picture", "/nope/x.png"], "cannot be written: there is no folder /nope"),
+        (["identify", "--dry-run", "--picture", "x.doc"], "--picture x.doc cannot be: its name must end in .png"),
     ],
 )
 def test_a_bad_option_is_one_sentence(capsys, arguments, sentence):

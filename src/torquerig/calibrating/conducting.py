@@ -4,15 +4,16 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from torquerig.assembly import Rig
 from torquerig.axes import axis_settings, group_settings
 from torquerig.building import period_ns
-from torquerig.calibrated import CALIBRATION_FILE
-from torquerig.calibrating.deposit import Deposit, deposit
+from torquerig.calibrating.deposit import Deposit, deposit, target_of
 from torquerig.calibrating.offer import Offer, Request
 from torquerig.calibration.conductor import Conductor
 from torquerig.calibration.procedure import Grade, Plan, Procedure, Result, Start, Watcher
@@ -20,6 +21,7 @@ from torquerig.configuration import DEFAULT, Configuration
 from torquerig.device_sim.plant import TruthRows
 from torquerig.driver.errors import TorqueRigError
 from torquerig.driver.master.group import AxisGroup
+from torquerig.errors import RecordError
 from torquerig.garbage import no_collections
 from torquerig.mechanism import warm_up
 from torquerig.record import BUS_FILE, RUN_FILE, TRUTH_FILE, BusLog, channel_name, claim, write_run, write_table
@@ -29,7 +31,6 @@ from torquerig.truth import columns_of
 
 DATA_FOLDER: Final = "calibration-data"
 _IDENTITY: Final = 0x1018  # vendor, product, revision, serial number (CiA 301, 7.5.2.19)
-_DONE: Final = "done"
 
 
 class Consent(NamedTuple):
@@ -125,26 +126,32 @@ def conduct(
         What it leaves.
 
     Raises:
-        RecordError: A file cannot be written; if it is the record's folder, nothing has moved.
+        ConfigurationError: The calibration that is there cannot be read; nothing has moved.
+        RecordError: A file cannot be written; if it is one of the folders, nothing has moved.
         LimitExceeded: A bound that was agreed to.
         TorqueRigError: The bus or a drive.
     """
-    target = _target(task.configuration, place)
+    target = target_of(task.configuration, place)
     notes = _Notes()
     record = claim(_free(target.parent / DATA_FOLDER / f"{notes.started:%Y%m%dT%H%M%S}-{task.name}"))
-    how_it_ended = _DONE
     try:
         measured = _measure(task, notes, watcher, seed)
         notes.result = task.procedure.evaluate(measured)
     except BaseException as error:
-        how_it_ended = str(error) or type(error).__name__
-        raise
-    finally:
         with undisturbed():
-            _write_record(record, task, notes, how_it_ended, consent)
+            try:
+                _write_record(record, task, notes, str(error) or type(error).__name__, consent)
+            except RecordError as unwritten:
+                error.add_note(str(unwritten))
+        raise
+    with undisturbed():
+        _write_record(record, task, notes, "done", consent)
     result = notes.result
     picture = record / f"{task.name}.png"
-    task.offer.draw(result, f"{task.name}: {result.verdict.grade.value}", picture)
+    try:
+        task.offer.draw(result, f"{task.name}: {result.verdict.grade.value}", picture)
+    except OSError as error:
+        raise RecordError(f"cannot write the figure {picture}: {error.strerror or error}") from error
     truth = task.offer.truth(task.configuration, task.request) if notes.is_simulated else {}
     written = None
     if result.verdict.grade is Grade.OK or (accept and result.verdict.grade is Grade.SUSPICIOUS):
@@ -229,19 +236,10 @@ def _identities(group: AxisGroup) -> list[str]:
     return words
 
 
-def _target(configuration: Configuration, place: Path | None) -> Path:
-    if place is not None:
-        return place / CALIBRATION_FILE
-    return configuration.calibration or Path(CALIBRATION_FILE)
-
-
 def _free(place: Path) -> Path:
     """The place, or with the first number behind it that is free."""
-    chosen, number = place, 1
-    while chosen.exists():
-        number += 1
-        chosen = place.with_name(f"{place.name}-{number}")
-    return chosen
+    numbered = (place.with_name(f"{place.name}-{number}") for number in count(2))
+    return next(each for each in chain([place], numbered) if not each.exists())
 
 
 def _provenance(task: Task, notes: _Notes, consent: Consent) -> dict[str, Any]:
@@ -260,7 +258,11 @@ def _provenance(task: Task, notes: _Notes, consent: Consent) -> dict[str, Any]:
 
 
 def _write_record(place: Path, task: Task, notes: _Notes, how_it_ended: str, consent: Consent) -> None:
-    """Write what there is: it may be the only trace of what went wrong."""
+    """Write what there is, the cycles first: it may be the only trace of what went wrong.
+
+    Raises:
+        RecordError: Some of it cannot be written; what can be is.
+    """
     result, conductor = notes.result, notes.conductor
     facts = {
         "procedure": task.name,
@@ -281,10 +283,18 @@ def _write_record(place: Path, task: Task, notes: _Notes, how_it_ended: str, con
         "configuration": task.configuration.as_tables(),
         "sources": {each.key: each.source for each in task.configuration.settings if each.source != DEFAULT},
     }
-    write_run(place / RUN_FILE, facts)
-    notes.bus_log.write(place / BUS_FILE, channel_name(task.configuration.rig.bus.url), notes.epoch_ns)
     tables = [*([conductor.notebook.table()] if conductor else []), *(result.tables if result else ())]
-    for table in tables:
-        write_table(place / f"{table.name}.parquet", table.columns)
+    writes = [partial(write_table, place / f"{table.name}.parquet", table.columns) for table in tables]
     if notes.truth is not None:
-        write_table(place / TRUTH_FILE, columns_of(notes.truth))
+        writes.append(partial(write_table, place / TRUTH_FILE, columns_of(notes.truth)))
+    channel = channel_name(task.configuration.rig.bus.url)
+    writes.append(partial(notes.bus_log.write, place / BUS_FILE, channel, notes.epoch_ns))
+    writes.append(partial(write_run, place / RUN_FILE, facts))
+    unwritten = []
+    for write in writes:
+        try:
+            write()
+        except OSError as error:
+            unwritten.append(str(error))
+    if unwritten:
+        raise RecordError("; ".join(unwritten))

@@ -2,6 +2,7 @@
 
 import os
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -9,11 +10,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from torquerig.calibrated import MEASURED, PROVENANCE, Calibration, read_calibration, require_known
+from torquerig.calibrated import CALIBRATION_FILE, MEASURED, PROVENANCE, Calibration, read_calibration, require_known
 from torquerig.calibration.procedure import Estimate, Result
+from torquerig.configuration import Configuration
 from torquerig.errors import RecordError
 from torquerig.stopping import undisturbed
-from torquerig.toml_text import write
+from torquerig.toml_text import write, write_key
 
 _HEAD: Final = """\
 # What was calibrated on this rig. `torquerig calibrate` writes it; `--calibration FILE`, or file under [calibration] in
@@ -32,6 +34,33 @@ class Deposit(NamedTuple):
 
     path: Path
     kept: Path | None
+
+
+def target_of(configuration: Configuration, place: Path | None) -> Path:
+    """Where a result will be written, seen to be possible before anything moves.
+
+    Args:
+        configuration: Of the rig.
+        place: The folder of the calibration; None: where the configuration's calibration is, or the current one.
+
+    Returns:
+        The calibration, which need not be there.
+
+    Raises:
+        ConfigurationError: The calibration that is there cannot be read.
+        RecordError: What it says cannot be written again, or nothing can be written into its folder.
+    """
+    path = configuration.calibration or Path(CALIBRATION_FILE)
+    if place is not None:
+        path = place / CALIBRATION_FILE
+    if path.exists():
+        _text_for(path, read_calibration(path))
+    there = next(folder for folder in path.absolute().parents if folder.exists())
+    if not there.is_dir():
+        raise RecordError(f"cannot write the calibration {path}: {there} is no folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise RecordError(f"cannot write the calibration {path}: there is no permission to write into {there}")
+    return path
 
 
 def deposit(path: Path, name: str, result: Result, provenance: Mapping[str, Any]) -> Deposit:
@@ -61,11 +90,27 @@ def deposit(path: Path, name: str, result: Result, provenance: Mapping[str, Any]
         old.measured | {name: {each.name: _listed(each) for each in result.estimates}},
         old.provenance | {name: {**provenance, "set": list(result.settings)}},
     )
+    text = _text_for(path, new)
     try:
         with undisturbed():
-            return Deposit(path, _replace(path, _text(new)))
+            return Deposit(path, _replace(path, text))
     except OSError as error:
         raise RecordError(f"cannot write the calibration {path}: {error.strerror}") from error
+
+
+def _text_for(path: Path, calibration: Calibration) -> str:
+    """The text of a calibration, seen to be TOML in UTF-8.
+
+    Raises:
+        RecordError: It is not, as of a value that TOML does not have.
+    """
+    try:
+        text = _text(calibration)
+        tomllib.loads(text)
+        text.encode("utf-8")
+    except ValueError as error:
+        raise RecordError(f"cannot write the calibration {path}, which is as it was: {error}") from error
+    return text
 
 
 def _replace(path: Path, text: str) -> Path | None:
@@ -109,7 +154,7 @@ def _text(calibration: Calibration) -> str:
     for title, groups in ((MEASURED, calibration.measured), (PROVENANCE, calibration.provenance)):
         for name, values in groups.items():
             note = "  # value, low, high (95 %), unit" if title == MEASURED else ""
-            blocks.append(_block(f"{title}.{name}", values, note))
+            blocks.append(_block(f"{title}.{write_key(name)}", values, note))
     return "\n".join(blocks)
 
 
@@ -119,8 +164,7 @@ def _block(header: str, values: Mapping[str, object], note: str = "") -> str:
 
 def _lines(values: Mapping[str, object]) -> Iterator[str]:
     for name, value in values.items():
-        key = name if re.fullmatch(r"[\w-]+", name, re.ASCII) else write(name)
-        yield f"{key} = {write(_plain(value))}"
+        yield f"{write_key(name)} = {write(_plain(value))}"
 
 
 def _plain(value: object) -> object:
@@ -130,5 +174,7 @@ def _plain(value: object) -> object:
             return value.tolist()
         case list() | tuple():
             return [_plain(each) for each in value]
+        case Mapping():
+            return {key: _plain(each) for key, each in value.items()}
         case _:
             return value

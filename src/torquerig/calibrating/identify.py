@@ -1,5 +1,6 @@
 """What the application adds to the identification procedure."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from torquerig import building
+from torquerig.calibrating.arbitration import places_on_the_wire
 from torquerig.calibrating.identify_figure import draw, draw_excitations
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration import excitations
@@ -57,6 +59,7 @@ def make(configuration: Configuration, request: Request) -> IdentifyProcedure:
     controller = task_controller(rig, options["torque"])
     fit, validation = _motions(rig, controller, options)
     if options["picture"] is not None:
+        _require_writable(options["picture"])
         draw_excitations(controller.model, (fit, validation), options["picture"])
     period = building.period_ns(rig)
     tables = [prepare(controller, motion, period) for motion in (fit, validation)]
@@ -68,6 +71,20 @@ def make(configuration: Configuration, request: Request) -> IdentifyProcedure:
         options["torque"],
         action_delay(rig, options["lag"]),
     )
+
+
+def _require_writable(picture: Path) -> None:
+    """See that a picture can be drawn into a place.
+
+    Raises:
+        ConfigurationError: It cannot.
+    """
+    if picture.suffix.lower() != ".png":
+        raise ConfigurationError(f"--picture {picture} cannot be: its name must end in .png")
+    if not picture.parent.is_dir():
+        raise ConfigurationError(f"--picture {picture} cannot be written: there is no folder {picture.parent}")
+    if not os.access(picture if picture.exists() else picture.parent, os.W_OK):
+        raise ConfigurationError(f"--picture {picture} cannot be written: there is no permission")
 
 
 def task_controller(rig: Rig, torque: float) -> Controller:
@@ -91,8 +108,7 @@ def action_delay(rig: Rig, lag: float) -> Array:
     """
     size = GROUP_RPDO if rig.loop.group_rpdo else RPDO
     frame = worst_case_bits(size) / rig.bus.bitrate
-    order = np.argsort(np.argsort([axis.node_id for axis in rig.axes.legs]))  # the lowest identifier goes first
-    queue = frame * (np.zeros(3) if rig.loop.group_rpdo else order.astype(np.float64))
+    queue = frame * (np.zeros(3) if rig.loop.group_rpdo else np.array(places_on_the_wire(rig), dtype=np.float64))
     delay: Array = queue + (frame + rig.drive.reaction + lag - worst_case_bits(0) / rig.bus.bitrate)
     return delay
 

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from torquerig.calibrating.arbitration import places_on_the_wire
 from torquerig.calibrating.figure import COLOURS, INK, drawn
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration.latency import Drawing, LatencyProcedure
@@ -19,9 +20,13 @@ def make(configuration: Configuration, request: Request) -> LatencyProcedure:
     """The procedure for a rig.
 
     Raises:
-        ConfigurationError: An option is out of range.
+        ConfigurationError: An option is out of range, or one RPDO carries the commands of all drives.
     """
     rig = configuration.rig
+    if rig.loop.group_rpdo:
+        raise ConfigurationError(
+            "latency measures drives that have RPDOs of their own: set loop.group_rpdo = false for it"
+        )
     torque, steps = request.options["torque"], request.options["steps"]
     if not 0 < torque <= rig.limits.torque:
         raise ConfigurationError(
@@ -30,7 +35,7 @@ def make(configuration: Configuration, request: Request) -> LatencyProcedure:
     if not 40 <= steps <= 10_000:
         raise ConfigurationError(f"--steps {steps} cannot be: 40 to 10000")
     at_sync = rig.loop.rpdo_type != EVENT_PROFILE
-    return LatencyProcedure(torque, steps, rig.bus.bitrate, at_sync, request.axes)
+    return LatencyProcedure(torque, steps, rig.bus.bitrate, at_sync, request.axes, places_on_the_wire(rig))
 
 
 def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
