@@ -90,3 +90,8 @@ def test_a_folder_that_cannot_be_made_is_told_in_one_sentence(tmp_path, capsys):
     assert error.startswith("torquerig: ")
     assert "maps" in error
     assert error.count("\n") == 1
+
+
+def test_a_folder_that_the_file_system_refuses_is_told_in_one_sentence(capsys):
+    assert main(["maps", "--out", "/proc/maps-of-mine"]) == 2
+    assert "/proc/maps-of-mine cannot be made: No such file or directory" in capsys.readouterr().err

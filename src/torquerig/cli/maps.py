@@ -30,12 +30,18 @@ def command(config_file: Path | None, folder: Path) -> None:
     from torquerig.picture import save  # noqa: PLC0415
 
     check_folder(folder)
+    _make(folder)
     geometry = configure(config_file).rig.model
     model = manipulator(geometry, geometry)
     pictures = (("stiffness", stiffness_figure), ("transmission", transmission_figure))
     for name, draw in (*pictures, ("singularities", singularity_figure)):
         path = folder / f"{name}.png"
-        figure = draw(model)
-        folder.mkdir(parents=True, exist_ok=True)
-        save(figure, path)
+        save(draw(model), path)
         click.echo(path)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:  # a disk that is full, a file system that takes no folders
+        raise click.BadParameter(f"{folder} cannot be made: {error.strerror}", param_hint="--out") from error
