@@ -6,26 +6,9 @@ SDO: 37 operation enabled, 17 quick stop active, 50 switch on disabled, 18 fault
 
 import pytest
 from conversation import golden
+from enabled_drive import CYCLE_OFF, ENABLE, demand, status
 
 pytestmark = pytest.mark.conformance("Times of the drive", "golden bytes at exact times", bus="bench")
-
-CYCLE_OFF = "> 601#23 06 10 00 00 00 00 00\n < 581#60 06 10 00 00 00 00 00"
-ENABLE = """
-    > 000#01 01
-    > 201#06 00 00 00
-    > 201#07 00 00 00
-    > 201#0F 00 00 00"""
-IS = "\n {at} > 601#40 41 60 00 00 00 00 00\n {at} < 581#4B 41 60 00 {status} 00 00"
-DEMAND = "\n {at} > 601#40 74 60 00 00 00 00 00\n {at} < 581#4B 74 60 00 {torque} 00 00"
-
-
-def status(at: str, statusword: str) -> str:
-    return IS.format(at=at, status=statusword)
-
-
-def demand(at: str, torque: str) -> str:
-    return DEMAND.format(at=at, torque=torque)
-
 
 SYNC = "\n {0} > 080#\n {0} < 181#.. .. .. .. .. .. .. .."
 # 6071 = 300 per mille by 2070 = 0, and 6087 = 1000 per mille a second: the way to zero takes 300 ms

@@ -100,13 +100,27 @@ class Floor(Contestant):
         self._socket.close()
 
 
-class PythonCan(Contestant):
-    """python-can's messages, struct."""
+class OnPythonCan(Contestant):
+    """Somebody on a bus of python-can's."""
 
     def __init__(self, place: Place, counts: int) -> None:
         self._bus, peer = place.python_can()
         super().__init__(peer)
         self._counts = counts
+
+    def drain(self) -> None:
+        """Take what waits."""
+        while self._bus.recv(0) is not None:
+            pass
+
+    def close(self) -> None:
+        """Leave the bus, and let the peer leave it."""
+        super().close()
+        self._bus.shutdown()
+
+
+class PythonCan(OnPythonCan):
+    """python-can's messages, struct."""
 
     def cycle(self) -> object:
         """Do a cycle; what each drive said."""
@@ -122,24 +136,12 @@ class PythonCan(Contestant):
             bus.send(can.Message(arbitration_id=cob.RPDO[1] + node_id, data=data, is_extended_id=False))
         return heard
 
-    def drain(self) -> None:
-        """Take what waits."""
-        while self._bus.recv(0) is not None:
-            pass
 
-    def close(self) -> None:
-        """Leave the bus, and let the peer leave it."""
-        super().close()
-        self._bus.shutdown()
-
-
-class Canopen(Contestant):
+class Canopen(OnPythonCan):
     """The canopen library's PDO objects; its listener is called here, where its receive thread would."""
 
     def __init__(self, place: Place, counts: int) -> None:
-        self._bus, peer = place.python_can()
-        super().__init__(peer)
-        self._counts = counts
+        super().__init__(place, counts)
         self._network = canopen.Network()
         self._network.bus = self._bus
         self._tpdos, self._rpdos = [], []
@@ -166,16 +168,6 @@ class Canopen(Contestant):
             rpdo.map[1].raw = self._counts
             rpdo.transmit()
         return heard
-
-    def drain(self) -> None:
-        """Take what waits."""
-        while self._bus.recv(0) is not None:
-            pass
-
-    def close(self) -> None:
-        """Leave the bus, and let the peer leave it."""
-        super().close()
-        self._bus.shutdown()
 
 
 class Ours(Contestant):
