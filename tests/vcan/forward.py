@@ -1,9 +1,10 @@
 """pytest plugin: tests marked `vcan` run where vcan0 and vcan1 are up, and are reported as if they ran here.
 
-A parameter may be marked too. The tests are collected as all others are, by their own names; the first one that runs
-starts one guest (see launcher.py) in which a second pytest runs them all. Its reports come back as they are: outcome,
-text, captured output, durations. A test of which no report came back fails with what the guest said. Where there is no
-place with vcan the tests are skipped, in one line with the reason; when the environment variable CI is set they fail.
+A parameter may be marked too. The tests are collected as all others are, by their own names, and come last; meanwhile a
+second pytest runs them all in one guest (see launcher.py), beside the others. Its reports come back as they are:
+outcome, text, captured output, durations. A test of which no report came back fails with what the guest said. Where
+there is no place with vcan the tests are skipped, in one line with the reason; when the environment variable CI is set
+they fail.
 """
 
 import io
@@ -11,6 +12,7 @@ import json
 import os
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -22,7 +24,7 @@ from places import NoVcanError
 
 REPORTS: Final = "VCAN_REPORTS"  # set for the pytest in the guest: the file for its reports
 NOT_RUN: Final = "not run for want of vcan0: "
-LIMIT_S: Final = 600.0
+LIMIT_S: Final = 900.0
 LAST_WORDS: Final = 3000  # [character]
 
 
@@ -78,10 +80,18 @@ class Forwarder:
 
     @pytest.hookimpl(trylast=True)  # after -k, -m and the like have chosen
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Replaces the marked tests."""
+        """Replaces the marked tests, and puts them behind the others."""
         for place, item in enumerate(items):
             if item.get_closest_marker("vcan") and item.parent is not None:
                 items[place] = ForwardedTest.from_parent(item.parent, name=item.name, here=item, guest=self._guest)
+        items.sort(key=lambda item: isinstance(item, ForwardedTest))
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> None:
+        """Has the guest begin with its tests while ours run."""
+        names = [item.nodeid for item in session.items if isinstance(item, ForwardedTest)]
+        if names and not session.config.option.collectonly:
+            self._guest.start(names)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo[None]) -> pytest.TestReport | None:
@@ -99,9 +109,8 @@ class ForwardedTest(pytest.Item):
         self.reports: dict[str, pytest.TestReport] = {}
 
     def setup(self) -> None:
-        """Fetches the reports; the first test to come here has the guest run all of them."""
-        names = [item.nodeid for item in self.session.items if isinstance(item, ForwardedTest)]
-        self.reports = self._guest.reports(self.nodeid, names)
+        """Fetches the reports."""
+        self.reports = self._guest.reports(self.nodeid)
 
     def runtest(self) -> None:
         """Does nothing: it was done in the guest."""
@@ -116,16 +125,20 @@ class GuestRun:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._ran = False
+        self._thread: threading.Thread | None = None
         self._missing = ""
-        self._trouble = ""
+        self._trouble = "the guest was not started"
         self._reports: dict[str, dict[str, pytest.TestReport]] = {}
 
-    def reports(self, name: str, names: Sequence[str]) -> dict[str, pytest.TestReport]:
-        """Returns the test's reports by phase; skips or fails the test when there are none."""
-        if not self._ran:
-            self._ran = True
-            self._run(names)
+    def start(self, names: Sequence[str]) -> None:
+        """Has the guest run the tests of these names; it ends with this process, if not before."""
+        self._thread = threading.Thread(target=self._run, args=(names,), daemon=True)
+        self._thread.start()
+
+    def reports(self, name: str) -> dict[str, pytest.TestReport]:
+        """Waits for the guest, and returns the test's reports by phase; skips or fails the test when there are none."""
+        if self._thread is not None:
+            self._thread.join()
         if self._missing:
             unavailable(self._missing)
         found = self._reports.get(name, {})

@@ -1,6 +1,7 @@
 """Forwarded tests: their outcomes, texts and names come back from the guest, and nothing is lost in silence."""
 
 import io
+import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -75,15 +76,10 @@ def run_here(rig: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lets the command run without any guest: these facts are pytest's alone."""
 
     def run(command: Sequence[str], *, environment: dict[str, str], output: io.BytesIO, **_: object) -> int:
-        for name in (forward.REPORTS, "IN_GUEST"):
-            monkeypatch.setenv(name, environment.get(name, "1"))
-        try:
-            done = rig.run(*command)
-        finally:
-            for name in (forward.REPORTS, "IN_GUEST"):
-                monkeypatch.delenv(name)
-        output.write(done.stdout.str().encode())
-        return int(done.ret)
+        inside = {**environment, "IN_GUEST": "1"}
+        done = subprocess.run(command, env=inside, cwd=rig.path, stdout=subprocess.PIPE, check=False)
+        output.write(done.stdout)
+        return done.returncode
 
     play_guest(monkeypatch, run)
 
