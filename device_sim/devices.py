@@ -53,12 +53,16 @@ class Node(Protocol):
 
 
 @runtime_checkable
-class SelectiveNode(Node, Protocol):
-    """A node that tells which frames mean something to it, so that it need not be asked about the others."""
+class OpenNode(Node, Protocol):
+    """A node that shows what it waits for, so that it need not be asked at every frame and every event."""
 
     @property
     def listeners(self) -> Container[int]:
         """Identifiers of the 11-bit data frames that it hears now: always the same object, with the present content."""
+        ...
+
+    def show_next_event(self, board: list[int], place: int) -> None:
+        """From now on keep in `board[place]` what `next_event_ns` tells."""
         ...
 
 
@@ -77,12 +81,22 @@ class SimulatedDevices:
         if len(self.nodes) != len(self._nodes):
             raise ValueError(f"node-ids must differ: {sorted(node.node_id for node in self._nodes)}")
         self._hearers = tuple(
-            (node.node_id, node, node.listeners if isinstance(node, SelectiveNode) else _ALL) for node in self._nodes
+            (node.node_id, node, node.listeners if isinstance(node, OpenNode) else _ALL) for node in self._nodes
         )
+        self._dues = [NEVER_NS] * (len(self._nodes) + 1)  # in the order of the nodes; the last is nobody's
+        self._asked: list[tuple[int, Node]] = []  # who does not keep its due time there by itself
+        for place, node in enumerate(self._nodes):
+            if isinstance(node, OpenNode):
+                node.show_next_event(self._dues, place)
+            else:
+                self._asked.append((place, node))
 
     def next_event_ns(self) -> int:
         """When something happens next without a frame; NEVER_NS when nothing will."""
-        return min([node.next_event_ns() for node in self._nodes], default=NEVER_NS)
+        dues = self._dues
+        for place, node in self._asked:
+            dues[place] = node.next_event_ns()
+        return min(dues)
 
     def advance(self, to_ns: int) -> list[Emission]:
         """Let everything happen that is due at or before the time.
@@ -94,12 +108,8 @@ class SimulatedDevices:
             What the nodes want to send, in the order of the events.
         """
         emissions: list[Emission] = []
-        while self._nodes:
-            dues = [node.next_event_ns() for node in self._nodes]
-            due_ns = min(dues)
-            if due_ns > to_ns:
-                break
-            node = self._nodes[dues.index(due_ns)]
+        while (due_ns := self.next_event_ns()) <= to_ns:
+            node = self._nodes[self._dues.index(due_ns)]
             node.advance(due_ns)
             emissions += node.take()
         return emissions

@@ -7,7 +7,7 @@ nothing that could still enter its arbitration lies before it, so the outcome ne
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from torquerig.device_sim.arbitration import SendQueues, Waiting
 from torquerig.device_sim.devices import Emission, SimulatedDevices
@@ -38,6 +38,13 @@ class WireStatistics:
     dropped: int = 0
 
 
+class _Length(NamedTuple):
+    """How long a frame is, stuffing at its worst and interframe space included."""
+
+    bits: int
+    duration_ns: int
+
+
 class SimulatedNetwork:
     """Devices and one master on a simulated wire; the master's calls are what makes time pass."""
 
@@ -57,17 +64,13 @@ class SimulatedNetwork:
         if bit_rate <= 0:
             raise ValueError(f"a bit rate is positive, not {bit_rate} bit/s")
         self._devices = devices
-        self._bits = {
-            extended: tuple(worst_case_bits(length, extended=extended) for length in range(MAX_DATA_LENGTH + 1))
-            for extended in (False, True)
-        }
-        self._bit_rate = bit_rate
+        self._lengths = {extended: _lengths(bit_rate, extended=extended) for extended in (False, True)}
         self._taps = [tap] if tap is not None else []
         self._queues = SendQueues()
         self._now_ns = 0
         self._on_wire: Waiting | None = None
-        self._bits_on_wire = 0
-        self._end_ns = 0  # of the frame on the wire
+        self._length = _Length(0, 0)  # of the frame on the wire
+        self._end_ns = 0  # of that frame
         self._frames = 0
         self._bits_sent = 0
         self._busy_ns = 0
@@ -95,6 +98,16 @@ class SimulatedNetwork:
         """Put a frame into the master's send queue now; there it always finds room."""
         self._queues.put(MASTER, frame, self._now_ns, room=sys.maxsize)
 
+    def next_ns(self) -> int:
+        """The earliest time that `run_until` must be given for anything to happen.
+
+        An event or a frame's end happens at its own time; a frame starts only when given a later one than its start.
+        """
+        event_ns = self._devices.next_event_ns()
+        if self._on_wire is not None:
+            return min(self._end_ns, event_ns)
+        return min(max(self._now_ns, self._queues.ready_ns()) + 1, event_ns)
+
     def run_until(self, until_ns: int) -> Arrival | None:
         """Advance to the end of the first frame that a device sends, no later than `until_ns`.
 
@@ -117,47 +130,50 @@ class SimulatedNetwork:
 
     def _start(self, until_ns: int) -> Waiting | None:
         """Advance until a frame starts, and return it; or to `until_ns`, and return None."""
+        devices, queues = self._devices, self._queues
         while True:
-            start_ns = max(self._now_ns, self._queues.ready_ns())
-            event_ns = self._devices.next_event_ns()
-            if min(start_ns, event_ns) >= until_ns:
+            start_ns = max(self._now_ns, queues.ready_ns())
+            event_ns = devices.next_event_ns()
+            if start_ns >= until_ns <= event_ns:
                 self._advance(until_ns)
                 return None
             if start_ns < event_ns:
                 break
             self._advance(event_ns)  # what happens then may be ready in time for this arbitration
         self._now_ns = start_ns
-        winner = self._queues.take(start_ns)
+        winner = queues.take(start_ns)
+        frame = winner.frame
         self._on_wire = winner
-        self._bits_on_wire = self._bits[winner.frame.extended][0 if winner.frame.remote else len(winner.frame.data)]
-        self._end_ns = start_ns + self._duration_ns(self._bits_on_wire)
+        self._length = self._lengths[frame.extended][0 if frame.remote else len(frame.data)]
+        self._end_ns = start_ns + self._length.duration_ns
         self._longest_wait_ns = max(self._longest_wait_ns, start_ns - winner.ready_ns)
         return winner
 
     def _finish(self, winner: Waiting) -> Arrival | None:
         """Advance to the end of the frame on the wire, let all hear it, and return it if the master does."""
-        node_id, frame = winner.node_id, winner.frame
+        node_id, frame, end_ns = winner.node_id, winner.frame, self._end_ns
+        bits, duration_ns = self._length
         self._on_wire = None
         self._frames += 1
-        self._bits_sent += self._bits_on_wire
-        self._busy_ns += self._duration_ns(self._bits_on_wire)
-        self._now_ns = self._end_ns
+        self._bits_sent += bits
+        self._busy_ns += duration_ns
+        self._now_ns = end_ns
         for tap in self._taps:
-            tap(self._end_ns, frame)
-        if node_id == MASTER:
-            self._enqueue(self._devices.receive(frame, self._end_ns))
-            return None
-        self._enqueue(self._devices.receive(frame, self._end_ns, node_id))
-        return Arrival(self._end_ns, frame)
+            tap(end_ns, frame)
+        sender = None if node_id == MASTER else node_id
+        self._enqueue(self._devices.receive(frame, end_ns, sender))
+        return None if sender is None else Arrival(end_ns, frame)
 
     def _advance(self, to_ns: int) -> None:
         self._enqueue(self._devices.advance(to_ns))
         self._now_ns = max(self._now_ns, to_ns)
 
     def _enqueue(self, emissions: list[Emission]) -> None:
-        for emission in emissions:
-            self._dropped += not self._queues.put(emission.node_id, emission.frame, emission.ready_ns)
+        for ready_ns, node_id, frame in emissions:
+            self._dropped += not self._queues.put(node_id, frame, ready_ns)
 
-    def _duration_ns(self, bits: int) -> int:
-        """Return how long bits take [ns], rounded up to whole nanoseconds."""
-        return -(-bits * _NS_PER_S // self._bit_rate)
+
+def _lengths(bit_rate: int, *, extended: bool) -> tuple[_Length, ...]:
+    """How long frames of 0, 1, 2 ... data bytes are; the time is rounded up to whole nanoseconds."""
+    bits = (worst_case_bits(length, extended=extended) for length in range(MAX_DATA_LENGTH + 1))
+    return tuple(_Length(each, -(-each * _NS_PER_S // bit_rate)) for each in bits)

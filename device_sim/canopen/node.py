@@ -33,7 +33,7 @@ Listener = Callable[[Frame, int], None]
 
 
 class CanopenNode:
-    """One node on the bus; satisfies devices.SelectiveNode.
+    """One node on the bus; satisfies devices.OpenNode.
 
     Attributes:
         node_id: CANopen node-id.
@@ -103,6 +103,10 @@ class CanopenNode:
     def next_event_ns(self) -> int:
         """When something happens next without a frame."""
         return self.timers.next_ns
+
+    def show_next_event(self, board: list[int], place: int) -> None:
+        """From now on keep the time of the next event in `board[place]`."""
+        self.timers.show_next(board, place)
 
     def advance(self, to_ns: int) -> None:
         """Let everything happen that is due at or before the time."""

@@ -15,13 +15,23 @@ class Timers:
         next_ns: When the next alarm rings, NEVER_NS when none is set [ns].
     """
 
-    __slots__ = ("actions", "dues", "next_ns", "now_ns")
+    __slots__ = ("_board", "_place", "actions", "dues", "next_ns", "now_ns")
 
     def __init__(self, now_ns: int = 0) -> None:
         self.now_ns = now_ns
         self.next_ns = NEVER_NS
         self.dues: list[int] = []
         self.actions: list[Callable[[int], None]] = []
+        self._board, self._place = [NEVER_NS], 0
+
+    def show_next(self, board: list[int], place: int) -> None:
+        """From now on keep `next_ns` in `board[place]` as well, where it is seen without asking."""
+        self._board, self._place = board, place
+        self.expect(self.next_ns)
+
+    def expect(self, next_ns: int) -> None:
+        """Ring next at a time [ns]; for alarms only."""
+        self.next_ns = self._board[self._place] = next_ns
 
     def add(self, action: Callable[[int], None]) -> "Timer":
         """A new alarm, not set yet.
@@ -39,14 +49,14 @@ class Timers:
         due_ns = self.next_ns
         slot = dues.index(due_ns)
         dues[slot] = NEVER_NS
-        self.next_ns = min(dues)
+        self.expect(min(dues))
         self.now_ns = due_ns
         self.actions[slot](due_ns)
 
     def clear(self) -> None:
         """Unset all alarms."""
         self.dues[:] = [NEVER_NS] * len(self.dues)
-        self.next_ns = NEVER_NS
+        self.expect(NEVER_NS)
 
 
 class Timer:
@@ -66,7 +76,7 @@ class Timer:
     @property
     def is_set(self) -> bool:
         """Whether it will ring."""
-        return self.due_ns < NEVER_NS
+        return self._timers.dues[self._slot] < NEVER_NS
 
     def arm(self, due_ns: int) -> None:
         """Set it, or set it anew, to an absolute time [ns]."""
@@ -74,9 +84,9 @@ class Timer:
         was_ns = timers.dues[self._slot]
         timers.dues[self._slot] = due_ns
         if due_ns < timers.next_ns:
-            timers.next_ns = due_ns
+            timers.expect(due_ns)
         elif was_ns == timers.next_ns:
-            timers.next_ns = min(timers.dues)
+            timers.expect(min(timers.dues))
 
     def cancel(self) -> None:
         """Unset it."""

@@ -168,4 +168,5 @@ class TorquePath:
 
 
 def _int16(value: float) -> int:
-    return max(-_INT16 - 1, min(_INT16, round(value)))
+    counts = round(value)
+    return counts if -_INT16 - 1 <= counts <= _INT16 else _INT16 if counts > 0 else -_INT16 - 1

@@ -29,6 +29,8 @@ from torquerig.device_sim.plant.layout import (
     THETA,
     THETA_RATE,
     TORQUE,
+    TORQUE_SEEN,
+    TRUTH,
     VELOCITY,
 )
 from torquerig.device_sim.plant.motion import (
@@ -165,12 +167,15 @@ def slide(p: Floats, f: Floats, s: Floats, h: float) -> tuple[float, bool]:
 
 @compiled
 def look(p: Floats, s: Floats, seen: Floats) -> None:
-    """Joint angles and rates as an encoder sees them: those of a resting joint do not move by a bit."""
+    """Joint angles and rates as an encoder sees them: those of a resting joint do not move by a bit; and the truth."""
+    for i in range(4):
+        seen[TRUTH + i] = s[POSITION + i]
     held = resting_joint(s)
     for i in range(3):
         rows = rows_of(p, leg_at(p, i, s[POSITION], s[POSITION + 1]))
         seen[THETA + i] = leg_angles(p, i, s[POSITION], s[POSITION + 1])[0]
         seen[THETA_RATE + i] = rows[0] * s[VELOCITY] + rows[1] * s[VELOCITY + 1]
+        seen[TORQUE_SEEN + i] = s[TORQUE + i]
     if NOBODY < held < ALL:
         seen[THETA + held] = s[ANGLE]
         seen[THETA_RATE + held] = 0.0

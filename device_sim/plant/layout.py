@@ -25,9 +25,11 @@ ROWS: Final = 20  # S where the machine rests, three rows of two [1/m]
 STATE: Final = 26
 
 # what is seen from outside
-THETA: Final = 0  # three [rad]
-THETA_RATE: Final = 3  # three [rad/s]
-SEEN: Final = 6
+THETA_RATE: Final = 0  # three [rad/s]
+TRUTH: Final = 3  # from here on a row of the truth's log: position [m], velocity [m/s],
+THETA: Final = 7  # three [rad],
+TORQUE_SEEN: Final = 10  # and three torques [N·m at the motor]
+SEEN: Final = 13
 
 # instead of a joint's index
 NOBODY: Final = -1

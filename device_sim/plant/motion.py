@@ -93,8 +93,10 @@ def rk4(p: Floats, f: Floats, s: Floats, held: int, h: float) -> Motion:
     x, y, vx, vy = s[POSITION], s[POSITION + 1], s[VELOCITY], s[VELOCITY + 1]
     sum_x = sum_y = sum_vx = sum_vy = 0.0
     stage = (x, y, vx, vy)
+    middle = remaining_share(0.5 * h, f[LAG])
+    end = remaining_share(h, f[LAG])
     for k in range(4):  # a loop keeps the compiled code, and with it the compiler's work, a quarter the size
-        share = remaining_share(h if k == 3 else (0.0 if k == 0 else 0.5 * h), f[LAG])
+        share = end if k == 3 else (1.0 if k == 0 else middle)
         ax, ay, _ = acceleration(p, stage, net_torque(p, f, s, share), held)
         weight = h / 3.0 if 1 <= k <= 2 else h / 6.0
         sum_x += weight * stage[2]

@@ -69,7 +69,7 @@ class BareRotor:
         self._states = np.zeros((axes, spin.STATE))
         self._states[:, spin.SIGN] = 0.0 if parameters.breakaway > 0.0 else 1.0
         self._now_ns = start_ns
-        spin.spin(self._parameters, self._states[0], 0.0)  # compiled here and now, not at the first deadline
+        spin.spin_all(self._parameters, self._states, 0.0)  # compiled here and now, not at the first deadline
 
     @property
     def now_ns(self) -> int:
@@ -94,32 +94,32 @@ class BareRotor:
         """
         if not isfinite(torque):
             raise ValueError(f"torque of axis {axis} is {torque} N·m: must be finite")
-        state = self._state(axis, at_ns)
-        state[spin.DEMAND] = torque
+        self._advance(axis, at_ns)
+        self._states[axis, spin.DEMAND] = torque
         if self._parameters[spin.LAG] == 0.0:
-            state[spin.TORQUE] = torque
+            self._states[axis, spin.TORQUE] = torque
 
     def motor_angle(self, axis: int, at_ns: int) -> float:
         """Angle of a shaft, not wrapped [rad]."""
-        return float(self._state(axis, at_ns)[spin.ANGLE])
+        self._advance(axis, at_ns)
+        return self._states.item(axis, spin.ANGLE)
 
     def motor_velocity(self, axis: int, at_ns: int) -> float:
         """Velocity of a shaft [rad/s]; exactly 0 while friction holds it."""
-        return float(self._state(axis, at_ns)[spin.RATE])
+        self._advance(axis, at_ns)
+        return self._states.item(axis, spin.RATE)
 
     def motor_torque(self, axis: int, at_ns: int) -> float:
         """Torque of a motor after its current loop's lag [N·m]."""
-        return float(self._state(axis, at_ns)[spin.TORQUE])
+        self._advance(axis, at_ns)
+        return self._states.item(axis, spin.TORQUE)
 
-    def _state(self, axis: int, at_ns: int) -> Array:
-        """The state of one rotor, all of them advanced to `at_ns`."""
+    def _advance(self, axis: int, at_ns: int) -> None:
+        """Carry all rotors to `at_ns`, when one of them is asked about."""
         if not 0 <= axis < self.axes:
             raise ValueError(f"axis is {axis}: the machine has axes 0 to {self.axes - 1}")
         if at_ns < self._now_ns:
             raise ValueError(f"time {at_ns} ns has passed: the machine stands at {self._now_ns} ns")
         if at_ns > self._now_ns:
-            for state in self._states:
-                spin.spin(self._parameters, state, (at_ns - self._now_ns) * 1e-9)
+            spin.spin_all(self._parameters, self._states, (at_ns - self._now_ns) * 1e-9)
             self._now_ns = at_ns
-        row: Array = self._states[axis]
-        return row

@@ -85,3 +85,10 @@ def spin(f: Floats, r: Floats, duration: float) -> None:
         duration -= h
         if breaks:
             r[SIGN] = copysign(1.0, r[TORQUE])
+
+
+@compiled
+def spin_all(f: Floats, rotors: Floats, duration: float) -> None:
+    """Carries the states of several rotors, one a row, over `duration` [s] at constant demands."""
+    for i in range(len(rotors)):
+        spin(f, rotors[i], duration)

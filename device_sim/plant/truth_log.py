@@ -44,15 +44,19 @@ class TruthLog:
     def __len__(self) -> int:
         return self._count
 
-    def append(self, at_ns: int, position: Array, velocity: Array, theta: Array, motor_torque: Array) -> None:
-        """Adds a row; an instant that is already the last row replaces it."""
+    def append(self, at_ns: int, row: Array) -> None:
+        """Adds a row; an instant that is already the last row replaces it.
+
+        Args:
+            at_ns: The instant.
+            row: Position, velocity, theta and motor torque as in `TruthRows`, one behind the other, shape (10,).
+        """
         if self._count and self._at_ns[self._count - 1] == at_ns:
             self._count -= 1
         elif self._count == len(self._at_ns):
             self._at_ns = np.concatenate([self._at_ns, np.empty_like(self._at_ns)])
             self._values = np.concatenate([self._values, np.empty_like(self._values)])
-        row = self._values[self._count]
-        row[0:2], row[2:4], row[4:7], row[7:10] = position, velocity, theta, motor_torque
+        self._values[self._count] = row
         self._at_ns[self._count] = at_ns
         self._count += 1
 

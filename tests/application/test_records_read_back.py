@@ -86,7 +86,7 @@ def test_a_run_that_ended_before_its_loop_has_no_cycles(tmp_path):
 
 def test_a_record_of_simulated_drives_has_their_truth_and_no_cycles(tmp_path):
     record = begin_record(load_configuration(), tmp_path / "sim")
-    record.truth.append(0, np.array((0.092, 0.062)), np.zeros(2), np.ones(3), np.array((0.1, 0.2, 0.3)))
+    record.truth.append(0, np.array((0.092, 0.062, 0.0, 0.0, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3)))
     record.write(origin_ns=7, lost=0)
     read = open_record(tmp_path / "sim")
     assert (read.kind, read.time_zero_ns, read.summary) == (SIM, 7, None)
