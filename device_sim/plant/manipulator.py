@@ -8,28 +8,22 @@ import numpy.typing as npt
 
 from torquerig.device_sim.plant import integrator, layout
 from torquerig.device_sim.plant.friction import Friction
+from torquerig.device_sim.plant.logged import NANOSECOND, LoggedMachine
 from torquerig.device_sim.plant.motion import inside
 from torquerig.device_sim.plant.truth_log import TruthLog
 from torquerig.mechanism import HOME, Manipulator
 
 Array = npt.NDArray[np.float64]
 
-NANOSECOND: Final = 1e-9  # [s]
 LONGEST_STEP_NS: Final = 100_000
 
 
-class PlanarManipulatorMachine:
+class PlanarManipulatorMachine(LoggedMachine):
     """The manipulator at rest at a start position, motor torques and demands zero; satisfies `Machine`.
 
     At the edge of the workspace, before any singularity, it meets a rigid inelastic stop. Making one compiles the
     integrator, or loads it from the disk cache: nothing is left to compile when time starts to count.
-
-    Attributes:
-        axes: Number of motors.
-        log: The truth's log, if one is kept.
     """
-
-    axes = 3
 
     def __init__(
         self,
@@ -59,7 +53,7 @@ class PlanarManipulatorMachine:
         """
         _require_settings(lag, step_ns)
         manipulator.inverse_kinematics(position)
-        self.log = log
+        super().__init__(start_ns, log)
         self._gear = manipulator.gear_ratio
         self._constants = manipulator.packed
         self._parameters = np.array([*friction.coulomb, *friction.breakaway, lag, step_ns * NANOSECOND])
@@ -67,17 +61,10 @@ class PlanarManipulatorMachine:
         self._state[layout.POSITION : layout.POSITION + 2] = position
         self._state[layout.CAUTION] = 1.0
         self._seen = np.zeros(layout.SEEN)
-        self._now_ns = start_ns
         if not inside(self._constants, tuple(self._state[: layout.TORQUE].tolist())):
             raise ValueError(f"position {position} m is too near a singular pose to stand at")
         integrator.settle(self._constants, self._parameters, self._state)
-        self._integrate_to(start_ns)
-        self._note()
-
-    @property
-    def now_ns(self) -> int:
-        """The instant up to which the machine has been advanced [ns]."""
-        return self._now_ns
+        self._begin()
 
     @property
     def position(self) -> Array:
@@ -121,55 +108,23 @@ class PlanarManipulatorMachine:
     def motor_angle(self, axis: int, at_ns: int) -> float:
         """Angle of a motor shaft, not wrapped [rad]."""
         self._advance(axis, at_ns)
-        return self._gear * float(self._seen[layout.THETA + axis])
+        return self._gear * self._seen.item(layout.THETA + axis)
 
     def motor_velocity(self, axis: int, at_ns: int) -> float:
         """Velocity of a motor shaft [rad/s]; exactly 0 while friction holds the joint."""
         self._advance(axis, at_ns)
-        return self._gear * float(self._seen[layout.THETA_RATE + axis])
+        return self._gear * self._seen.item(layout.THETA_RATE + axis)
 
     def motor_torque(self, axis: int, at_ns: int) -> float:
         """Torque of a motor after its current loop's lag [N·m]."""
         self._advance(axis, at_ns)
-        return float(self._state[layout.TORQUE + axis])
+        return self._state.item(layout.TORQUE + axis)
 
-    def advance(self, to_ns: int) -> None:
-        """Advances to an instant that nobody asks about.
-
-        Raises:
-            ValueError: The time has passed.
-        """
-        self._advance(0, to_ns)
-
-    def _advance(self, axis: int, to_ns: int) -> None:
-        if not 0 <= axis < self.axes:
-            raise ValueError(f"axis is {axis}: the machine has axes 0 to {self.axes - 1}")
-        if to_ns == self._now_ns:
-            return
-        if to_ns < self._now_ns:
-            raise ValueError(f"time {to_ns} ns has passed: the machine stands at {self._now_ns} ns")
-        if self.log is None:
-            self._integrate_to(to_ns)
-        elif self.log.grid_ns is None:
-            self._integrate_to(to_ns)
-            self._note()
-        else:
-            grid = self.log.grid_ns
-            for due_ns in range((self._now_ns // grid + 1) * grid, to_ns + 1, grid):
-                self._integrate_to(due_ns)
-                self._note()
-            self._integrate_to(to_ns)
-
-    def _integrate_to(self, to_ns: int) -> None:
-        duration = (to_ns - self._now_ns) * NANOSECOND
+    def _integrate(self, duration: float) -> None:
         integrator.advance(self._constants, self._parameters, self._state, self._seen, duration)
-        self._now_ns = to_ns
 
-    def _note(self) -> None:
-        if self.log is not None:
-            theta = self._seen[layout.THETA : layout.THETA + 3]
-            torque = self._state[layout.TORQUE : layout.TORQUE + 3]
-            self.log.append(self._now_ns, self.position, self.velocity, theta, torque)
+    def _row(self) -> Array:
+        return self._seen[layout.TRUTH :]
 
 
 def _require_settings(lag: float, step_ns: int) -> None:

@@ -8,6 +8,7 @@ import pytest
 from torquerig.device_sim.machine import Machine
 from torquerig.device_sim.plant import (
     BareRotor,
+    ElasticManipulatorMachine,
     Friction,
     PlanarManipulatorMachine,
     RotorParameters,
@@ -27,7 +28,11 @@ def rotors(start_ns: int) -> Machine:
     return BareRotor(RotorParameters(1e-5), axes=3, start_ns=start_ns)
 
 
-both = pytest.mark.parametrize("make", [planar, rotors])
+def elastic(start_ns: int) -> Machine:
+    return ElasticManipulatorMachine(THESIS, Friction.none(), 1e-3, start_ns=start_ns)
+
+
+both = pytest.mark.parametrize("make", [planar, elastic, rotors])
 
 
 @both

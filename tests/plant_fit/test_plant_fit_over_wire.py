@@ -1,17 +1,24 @@
 """The closed loops that a fit runs: as over the wire, and informative enough to find a known plant again."""
 
+import re
+from importlib.resources import files
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from torquerig.configuration import load_configuration
-from torquerig.control.comparison import published_runs
+from torquerig.control.comparison import published_runs, typical_factor
 from torquerig.experiment import run_experiment
+from torquerig.plant_fit.experiments import thesis_errors
 from torquerig.plant_fit.parameters import changed, chosen_parameters, from_unit
 from torquerig.plant_fit.problem import Problem
 from torquerig.plant_fit.search import Effort, optima, screen
 from torquerig.plant_fit.workers import Task, ThisProcess, workers
 
 RUNS = published_runs()
+SHIPPED = files("torquerig").joinpath("rig.toml").read_text(encoding="utf-8")
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "fit-plant.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +41,20 @@ def test_a_run_without_the_wire_errs_as_the_run_over_it(base, here, place, plant
     over = [summary.position_rmse_mm, summary.velocity_rmse_m_s]
     assert wired[0].tolist() == over
     np.testing.assert_allclose(without[0], over, rtol=1e-6)
+
+
+def test_the_shipped_plant_is_as_near_to_the_thesis_over_the_wire_as_is_told(base, here):
+    """In the shipped configuration and in the document; the wireless loops that the fit tries say the same."""
+    everything = Task(base.rig.plant["fit5"], tuple(range(len(RUNS))))
+    target = thesis_errors(RUNS)
+    with_frames, without = (
+        typical_factor(errors.ravel().tolist(), target.ravel().tolist())
+        for errors in here.errors([everything._replace(wired=True), everything])
+    )
+    told = [re.search(r"plant\.fit5\](?:.|\n)*?typical factor (1\.\d{3})", text) for text in (SHIPPED, DOCUMENT)]
+    assert [float(match[1]) for match in told if match] == pytest.approx([with_frames] * 2, abs=1.5e-3)
+    assert with_frames <= 1.15
+    assert without == pytest.approx(with_frames, rel=1e-3)
 
 
 def test_a_fit_finds_the_plant_again_that_made_the_numbers(base, here):

@@ -22,7 +22,8 @@ from torquerig.driver.master.scale import AxisScale, axis_scale
 from torquerig.experiment import run_experiment
 from torquerig.planning import plan_motion
 from torquerig.plant_fit.wireless import WirelessJoints
-from torquerig.schema import Plant, Rig
+from torquerig.schema import Rig
+from torquerig.schema_machines import Plant
 
 STOPPED: Final = 10.0
 """By what factor the errors count as the thesis' when a limit stops a run: far beyond any that ends."""
@@ -37,7 +38,7 @@ Errors = NDArray[np.float64]
 class _Prepared(NamedTuple):
     """One experiment: all of it that does not depend on the plant."""
 
-    settings: Rig
+    simulated: Rig
     controller: Controller
     table: ReferenceTable
     pace: Pace
@@ -69,7 +70,7 @@ class Experiments:
         return np.array([self._errors_of(self.runs[place], self._prepared[place], plant) for place in which])
 
     def _errors_of(self, run: PublishedRun, prepared: _Prepared, plant: Plant) -> tuple[float, float]:
-        joints = WirelessJoints(prepared.settings, plant, prepared.scales, prepared.home)
+        joints = WirelessJoints(prepared.simulated, plant, prepared.scales, prepared.home)
         log = LoopLog.for_table(prepared.table)
         try:
             run_loop(joints, prepared.controller, prepared.table, log, stopwatch_ns=_no_time, pace=prepared.pace)
@@ -128,7 +129,7 @@ def _prepare(base: Configuration, run: PublishedRun) -> _Prepared:
     controller = building.controller(settings)
     axes = axis_settings(configuration)
     return _Prepared(
-        settings,
+        configuration.simulated,
         controller,
         plan_motion(settings, controller),
         building.pace(settings),
@@ -146,9 +147,12 @@ def _configured(base: Configuration, run: PublishedRun) -> Configuration:
 
 def _on_plant(configuration: Configuration, plant: Plant) -> Configuration:
     """The configuration with another true machine."""
-    simulator = configuration.rig.simulator.model_copy(update={"plant": _NAME})
-    plants = {**configuration.rig.plant, _NAME: plant}
-    return replace(configuration, rig=configuration.rig.model_copy(update={"simulator": simulator, "plant": plants}))
+
+    def changed(rig: Rig) -> Rig:
+        simulator = rig.simulator.model_copy(update={"plant": _NAME})
+        return rig.model_copy(update={"simulator": simulator, "plant": {**rig.plant, _NAME: plant}})
+
+    return replace(configuration, rig=changed(configuration.rig), simulated=changed(configuration.simulated))
 
 
 def _no_time() -> int:

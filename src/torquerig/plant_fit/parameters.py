@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from torquerig.complaints import suggestion
 from torquerig.errors import ConfigurationError
-from torquerig.schema import Plant
+from torquerig.schema_machines import Plant
 
 MOST: Final = 5
 """Free parameters of one fit at most: there are sixteen numbers to explain."""
@@ -47,12 +47,19 @@ PARAMETERS: Final = {
         PlantParameter("active_viscous", "N·m·s/rad", 0.0, 2.5, "K1, viscous, actuated joints; 3 x the thesis'"),
         PlantParameter("passive_viscous", "N·m·s/rad", 0.0, 0.28, "K2, viscous, elbows; 3 x the thesis'"),
         PlantParameter("torque_limit", "N·m", 0.25, 0.95, "at the motor; object 6072 lets no more than 0.95 through"),
+        PlantParameter(
+            "gear_compliance",
+            "rad/(N·m)",
+            0.0,
+            0.0025,
+            "wind-up of each gear, at the joint; from rigid to 400 N·m/rad, our choice: harmonic gears are stiffer",
+        ),
         PlantParameter("current_lag", "s", 0.0, 1.5e-3, "of the current loop; a third of the sampling period"),
     )
 }
 """By name. Beside `coulomb_3`, `coulomb` is that of joints 1 and 2."""
 
-DEFAULT: Final = ("coulomb_1", "coulomb_2", "coulomb_3", "actuator_inertia", "torque_limit")
+DEFAULT: Final = ("coulomb", "actuator_inertia", "active_viscous", "torque_limit", "gear_compliance")
 """The five that came nearest to the thesis of those tried (docs/fit-plant.md)."""
 
 _JOINTS: Final = tuple(f"coulomb_{joint}" for joint in (1, 2, 3))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from torquerig.errors import ConfigurationError
-from torquerig.schema import Plant
+from torquerig.schema_machines import Plant
 from torquerig.toml_text import write
 
 _COMMENT_COLUMN: Final = 36

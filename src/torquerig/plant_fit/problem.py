@@ -12,7 +12,7 @@ from torquerig.control.comparison import PublishedRun
 from torquerig.plant_fit.experiments import Errors, thesis_errors
 from torquerig.plant_fit.parameters import PlantParameter, changed, from_unit
 from torquerig.plant_fit.workers import Task, Workers
-from torquerig.schema import Plant
+from torquerig.schema_machines import Plant
 
 Array = NDArray[np.float64]
 

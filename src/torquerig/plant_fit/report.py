@@ -1,12 +1,12 @@
 """A fit's findings as JSON and as tables for a person."""
 
-import math
 from typing import Any, Final
 
 import numpy as np
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 
+from torquerig.json_numbers import finite_number
 from torquerig.plant_fit.fit import PlantFit
 from torquerig.plant_fit.flatness import Flatness
 from torquerig.plant_fit.parameters import PlantParameter, from_unit
@@ -61,7 +61,7 @@ def as_json(fit: PlantFit, seed: int, *, stopped: bool) -> dict[str, Any]:
             for each in fit.validations
         ],
         "correlation": fit.flatness and fit.flatness.correlation.tolist(),
-        "condition_number": fit.flatness and _finite(fit.flatness.condition),
+        "condition_number": fit.flatness and finite_number(fit.flatness.condition),
         "plant": best and problem.plant_at(best.point).model_dump(mode="json"),
     }
 
@@ -195,12 +195,12 @@ def _runs(fit: PlantFit, best: Optimum) -> list[dict[str, Any]]:
         {
             "law": run.law,
             "motion": run.motion,
-            "position_rmse_mm": _finite(ours[0]),
-            "velocity_rmse_m_s": _finite(ours[1]),
+            "position_rmse_mm": finite_number(ours[0]),
+            "velocity_rmse_m_s": finite_number(ours[1]),
             "thesis_position_rmse_mm": float(theirs[0]),
             "thesis_velocity_rmse_m_s": float(theirs[1]),
-            "position_ratio": _finite(ours[0] / theirs[0]),
-            "velocity_ratio": _finite(ours[1] / theirs[1]),
+            "position_ratio": finite_number(ours[0] / theirs[0]),
+            "velocity_ratio": finite_number(ours[1] / theirs[1]),
         }
         for run, ours, theirs in zip(fit.problem.runs, errors, target, strict=True)
     ]
@@ -221,8 +221,3 @@ def _bound_at(share: float) -> str | None:
 def _named(parameters: tuple[PlantParameter, ...], point: Array) -> dict[str, float]:
     """A point's values by name."""
     return dict(zip((each.name for each in parameters), from_unit(parameters, point).tolist(), strict=True))
-
-
-def _finite(value: float) -> float | None:
-    """A number, None where it is none."""
-    return float(value) if math.isfinite(value) else None

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.assembly import nanoseconds
-from torquerig.building import manipulator
-from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine
-from torquerig.driver.master.group import AxisSample
+from torquerig.driver.master.samples import AxisSample
 from torquerig.driver.master.scale import AxisScale
 from torquerig.driver.wire.frame import worst_case_bits
-from torquerig.schema import Plant, Rig
+from torquerig.machines import machine_of
+from torquerig.schema import Rig
+from torquerig.schema_machines import Plant
 
 RPDO_BYTES: Final = 4  # controlword and raw torque
 TPDO_BYTES: Final = 8  # statusword, position, actual torque
@@ -37,13 +37,7 @@ class WirelessJoints:
             scales: Counts of each axis.
             home: Joint angles that the fixture holds, shape (3,) [rad].
         """
-        self._machine = PlanarManipulatorMachine(
-            manipulator(settings.model, plant),
-            Friction(plant.coulomb, plant.breakaway),
-            lag=plant.current_lag,
-            position=settings.model.home,
-            step_ns=nanoseconds(settings.simulator.step),
-        )
+        self._machine = machine_of(settings, plant, position=settings.model.home)
         self._scales = tuple(scales)
         self._gains = (settings.drive.gain_positive, settings.drive.gain_negative)
         self._limit = plant.torque_limit

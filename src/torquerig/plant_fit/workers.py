@@ -12,7 +12,7 @@ from torquerig.configuration import Configuration
 from torquerig.errors import RigError
 from torquerig.mechanism import warm_up
 from torquerig.plant_fit.experiments import Errors, errors_over_the_wire, prepare
-from torquerig.schema import Plant
+from torquerig.schema_machines import Plant
 
 MOST: Final = 8
 """Processes at most: a search rarely has more than a dozen plants to try at once."""
