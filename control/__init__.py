@@ -6,6 +6,7 @@ if __name__ == "control":
 from torquerig.control.circle import Circle
 from torquerig.control.errors import (
     ControlError,
+    EstimatorFileError,
     LawFileError,
     LimitExceeded,
     UnknownEstimatorError,
@@ -41,6 +42,7 @@ __all__ = [
     "Controller",
     "Desired",
     "Estimator",
+    "EstimatorFileError",
     "Gains",
     "Hold",
     "JointSample",

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
+from torquerig.control.tracking import rms
 from torquerig.mechanism import Manipulator
 
 AXES = 3
@@ -52,9 +53,9 @@ class TorqueComponents:
     @property
     def share(self) -> Shares:
         """Each component's share of the total, over all motors and all rows that are numbers; NaN without torque."""
-        total = _rms(self.total)
+        total = rms(self.total)
         parts = (self.inertia, self.coriolis, self.friction, self.stiction)
-        return Shares(*(_rms(part) / total if total > 0.0 else np.nan for part in parts))
+        return Shares(*(rms(part) / total if total > 0.0 else np.nan for part in parts))
 
 
 def torque_components(
@@ -97,9 +98,3 @@ def torque_components(
         parts[k, :3] = [model.distribute(x, force) for force in forces]
         parts[k, 3] = dry * np.sign(terms.S @ v)
     return TorqueComponents(*(parts[:, i] for i in range(4)))
-
-
-def _rms(values: NDArray[np.float64]) -> float:
-    """Root mean square over what is a number; 0 when nothing is."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0

@@ -1,7 +1,8 @@
 """The errors of torquerig.control.
 
 ControlError
-├── LawFileError (ValueError)           a file of the laws' package does not say what a law must
+├── EstimatorFileError (ValueError)     a file of the estimators' package is none, or does not say what one must
+├── LawFileError (ValueError)           a file of the laws' package is none, or does not say what a law must
 ├── LimitExceeded (RuntimeError)        a soft limit stops the machine
 ├── UnknownEstimatorError (LookupError) no estimator has this name
 ├── UnknownLawError (LookupError)       no file of the laws' package defines this law
@@ -13,8 +14,12 @@ class ControlError(Exception):
     """Root of this package's errors."""
 
 
+class EstimatorFileError(ControlError, ValueError):
+    """An estimator's file cannot be imported, or it has no name or that of another; the message names the file."""
+
+
 class LawFileError(ControlError, ValueError):
-    """A law lacks what every law must say, or has the name of another; the message names the file."""
+    """A law's file cannot be imported, lacks what every law must say, or has another's name; it names the file."""
 
 
 class LimitExceeded(ControlError, RuntimeError):

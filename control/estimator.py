@@ -98,6 +98,7 @@ class Estimator(ABC):
         parameters: What it may be given.
         sampling: The nominal period and the angles' resolution.
         values: Its parameters' values by name.
+        q: The latest joint angles, shape (axes,) [rad]: one buffer for ever.
         rate: The estimate, shape (axes,) [rad/s]: one buffer for ever.
     """
 
@@ -119,8 +120,8 @@ class Estimator(ABC):
             raise ValueError(f"{self.name}: {parameter} = {given.get(parameter)!r} cannot be: {words}")
         self.sampling: Final = sampling
         self.values: Final[Mapping[str, float]] = MappingProxyType(self.complete(given))
+        self.q: Final = np.zeros(axes)
         self.rate: Final = np.zeros(axes)
-        self._q: Final = np.zeros(axes)
         self._at_ns: int | None = None
 
     @classmethod
@@ -178,7 +179,7 @@ class Estimator(ABC):
         Raises:
             ValueError: If `at_ns` is not later than the sample before.
         """
-        self._q[:] = q
+        self.q[:] = q
         previous = self._at_ns
         if previous is None:
             self.rate[:] = 0.0
@@ -192,8 +193,8 @@ class Estimator(ABC):
 
     @abstractmethod
     def _begin(self, at_ns: int) -> None:
-        """Take the first sample from `_q`, taken at `at_ns`; the joints stand, `rate` is zero."""
+        """Take the first sample from `q`, taken at `at_ns`; the joints stand, `rate` is zero."""
 
     @abstractmethod
     def _advance(self, at_ns: int, interval_ns: int) -> None:
-        """Take another sample from `_q`, taken at `at_ns`, `interval_ns` after the one before, and set `rate`."""
+        """Take another sample from `q`, taken at `at_ns`, `interval_ns` after the one before, and set `rate`."""

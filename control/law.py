@@ -1,7 +1,7 @@
 """What a control law is: a small frozen object that turns a state and a reference into motor torques."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar, Final, NamedTuple, Self
@@ -14,6 +14,7 @@ from torquerig.mechanism import Manipulator
 
 THESIS_STICTION: Final = 0.02
 """Stiction feed-forward on joint 1 [N·m at the motor]: "the least torque to drive the motor" (thesis 6.2)."""
+NS_PER_MS: Final = 1e6
 
 
 class State(NamedTuple):
@@ -48,6 +49,10 @@ class Desired(NamedTuple):
     acceleration: NDArray[np.float64]
     q: NDArray[np.float64]
     qd: NDArray[np.float64]
+
+
+Torque = Callable[[State, Desired], NDArray[np.float64]]
+"""From a state and a reference to motor torques, shape (3,) [N·m at the motor]."""
 
 
 class Gains(NamedTuple):
@@ -114,6 +119,11 @@ class Law(ABC):
     friction: bool = False
     stiction: float = 0.0
 
+    def __init_subclass__(cls) -> None:
+        """Give a law that says another equation than its parent nothing of the parent's faster form."""
+        if "torque" in vars(cls) and "in_loop" not in vars(cls):
+            cls.in_loop = Law.in_loop  # type: ignore[method-assign]
+
     @classmethod
     def for_motion(
         cls, model: Manipulator, motion: int, *, friction: bool | None = None, stiction: float = 0.0
@@ -153,6 +163,12 @@ class Law(ABC):
             raise UnknownMotionError(f"{cls.name} has no gains for motion {motion}, only for {known}")
         return cls.gains[motion]
 
+    @classmethod
+    def thesis_ms(cls) -> float | None:
+        """Its running time on the thesis' computer [ms]; None for a law that the thesis does not have."""
+        is_of_thesis = any(result.is_of_thesis for result in cls.published.values())
+        return cls.running_time_ns / NS_PER_MS if cls.running_time_ns is not None and is_of_thesis else None
+
     @abstractmethod
     def torque(self, state: State, desired: Desired) -> NDArray[np.float64]:
         """The law's equation.
@@ -164,6 +180,14 @@ class Law(ABC):
         Returns:
             Motor torques, shape (3,) [N·m at the motor], not yet limited.
         """
+
+    def in_loop(self) -> Torque:
+        """The law as the loop calls it, in every cycle: `torque` itself, unless the law has a faster form of it.
+
+        A faster form gives the same torques within rounding, and may give them in the same array every time. A law of
+        the thesis' form has one by telling its coefficients (`torquerig.control.terms`).
+        """
+        return self.torque
 
     def friction_force(self, F: NDArray[np.float64], desired: Desired) -> NDArray[np.float64]:
         """The viscous friction to feed forward.

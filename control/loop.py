@@ -6,30 +6,41 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from torquerig.control.compensation import NOTHING, Compensation
 from torquerig.control.estimators import Estimator
 from torquerig.control.joints import Joints, JointSample
-from torquerig.control.law import Law, State
+from torquerig.control.law import Law, State, Torque
 from torquerig.control.limits import Limits
 from torquerig.control.log import LoopLog
+from torquerig.control.observer import Observer
 from torquerig.control.reference import ReferenceTable
 from torquerig.mechanism import Manipulator
 
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """Everything between a sample and a command.
+    """Everything between a sample and a command. What it gives is in buffers, and holds until the next sample.
 
     Attributes:
         model: The manipulator as the controller knows it.
         estimator: Joint rates from joint angles.
         law: The control law.
         limits: What stops the machine.
+        compensation: What is put around the law of what was measured.
+        torque: The law as the loop calls it, with the compensation.
     """
 
     model: Manipulator
     estimator: Estimator
     law: Law
     limits: Limits
+    compensation: Compensation = NOTHING
+    torque: Torque = field(init=False, repr=False, compare=False)
+    _observer: Observer = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "torque", self.compensation.around(self.law.in_loop()))
+        object.__setattr__(self, "_observer", Observer(self.model, self.estimator))
 
     def observe(self, sample: JointSample) -> State:
         """The state of the manipulator from a sample.
@@ -40,9 +51,7 @@ class Controller:
         Returns:
             Joint angles and rates as estimated, the end-effector by forward kinematics, its velocity by least squares.
         """
-        qd = self.estimator.update(sample.q, sample.at_ns)
-        position = self.model.forward_kinematics(sample.q)
-        return State(sample.q, qd, position, self.model.task_velocity(position, qd))
+        return self._observer.observe(sample)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,29 +124,28 @@ def run_loop(
     stopwatch_ns: Callable[[], int],
     pace: Pace = Pace(),
     progress: Progress | None = None,
+    ahead: ReferenceTable | None = None,
 ) -> LoopLog:
-    """Run one cycle for every row of a reference table.
+    """Run one cycle for every row of a reference table, and return the log.
 
-    Cycle k is due at start + k periods. One that could only begin later than the tolerance is skipped and counted, and
-    the reference goes on with time: nothing is caught up in a burst. An incomplete sample is used and counted.
+    Cycle k is due at start + k periods. One that could only begin later than the tolerance is skipped and counted; the
+    reference goes on, and nothing is caught up in a burst. An incomplete sample is used and counted.
 
     Args:
         joints: The machine; the loop lives on its clock.
         controller: From a sample to torques.
         table: What to follow.
-        log: `LoopLog.for_table(table)`; stopped by an exception, it holds what was until then.
+        log: `LoopLog.for_table(table)`; after an exception, what was until then.
         stopwatch_ns: A monotonic count of ns, for the cycle's own work.
         pace: When a cycle's parts happen.
         progress: Whom to tell.
-
-    Returns:
-        The log.
+        ahead: What the law is asked for instead of the table's rows, as `Compensation.ahead` gives it.
 
     Raises:
         LimitExceeded: If a limit is violated; no torque is commanded in that cycle.
         ValueError: If torques would leave outside the cycle's period.
     """
-    cycle = _Cycle(joints, controller, table, log, stopwatch_ns, pace.schedule(table.period_ns, joints.now_ns()))
+    cycle = _Cycle(joints, controller, table, log, stopwatch_ns, pace.schedule(table.period_ns, joints.now_ns()), ahead)
     controller.estimator.reset()
     log.start_ns = cycle.schedule.start_ns
     for k in range(len(table)):
@@ -157,6 +165,7 @@ class _Cycle:
     log: LoopLog
     stopwatch_ns: Callable[[], int]
     schedule: Schedule
+    ahead: ReferenceTable | None
     command: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     def run(self, k: int) -> None:
@@ -192,7 +201,9 @@ class _Cycle:
         log.observe(k, state)
         controller.limits.check_state(controller.model, state, desired)
         began = look_ns()
-        tau = controller.law.torque(state, desired)
+        if self.ahead is not None:
+            state, desired = controller.compensation.later(state, desired, self.ahead.row(k))
+        tau = controller.torque(state, desired)
         log.law_ns[k] = observing + look_ns() - began
         log.tau_law[k] = tau
         log.clipped[k] = controller.limits.clip(tau, self.command)

@@ -50,6 +50,11 @@ class ReferenceTable:
     qd: NDArray[np.float64]
     in_motion: NDArray[np.bool_]
 
+    def __post_init__(self) -> None:
+        """Lay the arrays out as kernels are compiled for them: they would be compiled anew for any other layout."""
+        for name in ("position", "velocity", "acceleration", "q", "qd"):
+            object.__setattr__(self, name, np.require(getattr(self, name), np.float64, ["C", "W"]))
+
     def __len__(self) -> int:
         return len(self.position)
 

@@ -40,6 +40,12 @@ def rms_norm(errors: NDArray[np.float64]) -> float:
     return math.sqrt(float(np.sum(errors**2)) / len(errors))
 
 
+def rms(values: NDArray[np.float64]) -> float:
+    """Root mean square over everything that is a number, in the values' unit; NaN when nothing is."""
+    known = values[np.isfinite(values)]
+    return math.sqrt(float(np.mean(known**2))) if known.size else math.nan
+
+
 def position_rmse_mm(log: LoopLog) -> float:
     """Position RMSE [mm]: the measured position against the reference, in the plane."""
     rows = motion_rows(log)
@@ -62,8 +68,7 @@ def peak_torque(log: LoopLog) -> float:
 
 def rms_torque(log: LoopLog) -> float:
     """Root mean square of the torques that the drives report, in the motion, over all motors [N·m at the motor]."""
-    tau = log.tau_actual[: log.rows][motion_rows(log)]
-    return float(np.sqrt(np.mean(tau**2))) if len(tau) else math.nan
+    return rms(log.tau_actual[: log.rows][motion_rows(log)])
 
 
 def late_cycles(log: LoopLog) -> int:

@@ -46,18 +46,18 @@ NEAR_ZERO: Final = 1e-7
 def leg_at(p: Floats, i: int, x: float, y: float) -> Leg:
     """Leg i with its end in (x, y): d_x, d_y, b_x, b_y [m], sin phi, cos phi (mechanism: geometry).
 
-    Without trigonometry: B lies beside the middle of d, at half the chord's height k. Out of reach, or folded on the
-    base joint, k and r are held at a floor, so that an integrator's trial step gets numbers instead of nan.
+    Without trigonometry: B lies beside the middle of d, at half the chord's height k, with k² = L² - |d|² / 4. Out of
+    reach, or folded on the base joint, both squares are held at a floor, so that an integrator's trial step gets
+    numbers instead of nan.
     """
-    length = p[LENGTH]
+    area = p[LENGTH] * p[LENGTH]
     dx = x - p[BASES + 2 * i]
     dy = y - p[BASES + 2 * i + 1]
-    r = max(hypot(dx, dy), 1e-9 * length)
-    k = sqrt(max(length * length - 0.25 * r * r, 1e-18 * length * length))
-    side = p[BRANCH + i] * k / r
+    square = max(dx * dx + dy * dy, 1e-18 * area)
+    side = p[BRANCH + i] * sqrt(max(area - 0.25 * square, 1e-18 * area) / square)  # +-k / |d|
     bx = 0.5 * dx + side * dy
     by = 0.5 * dy - side * dx
-    return dx, dy, bx, by, -p[BRANCH + i] * k * r / (length * length), 0.5 * r * r / (length * length) - 1.0
+    return dx, dy, bx, by, -side * square / area, 0.5 * square / area - 1.0
 
 
 @compiled

@@ -9,6 +9,7 @@ from torquerig.mechanism.kernels import (
     OK,
     SINGULAR,
     Floats,
+    forward_kinematics,
     leg_at,
     leg_bias,
     leg_inertia,
@@ -69,6 +70,15 @@ def task_velocity(p: Floats, position: Floats, theta_rate: Floats, velocity: Flo
     velocity[0] = (yy * wx - xy * wy) / determinant
     velocity[1] = (xx * wy - xy * wx) / determinant
     return OK
+
+
+@compiled
+def end_effector(
+    p: Floats, theta: Floats, theta_rate: Floats, position: Floats, velocity: Floats, residuals: Floats
+) -> int:
+    """Position and velocity from the active joints: `forward_kinematics`, then `task_velocity` there."""
+    status = forward_kinematics(p, theta, position, residuals)
+    return task_velocity(p, position, theta_rate, velocity) if status == OK else status
 
 
 @compiled

@@ -3,18 +3,15 @@
 Each is a filter that runs inside the loop and allocates nothing there.
 """
 
-import importlib
-import inspect
-import pkgutil
-from types import ModuleType
-from typing import Any, TypeGuard
+from typing import Final
 
 import numpy as np
 
-from torquerig.control.errors import UnknownEstimatorError
+from torquerig.control.errors import EstimatorFileError, UnknownEstimatorError
 from torquerig.control.estimator import NANOSECONDS_PER_SECOND, THESIS_SAMPLING, Estimator, Parameter, Sampling
 from torquerig.control.estimators.backward_difference import BackwardDifference
 from torquerig.control.estimators.moving_window import THESIS_WINDOW, MovingWindow
+from torquerig.control.scan import Scan
 
 __all__ = [
     "NANOSECONDS_PER_SECOND",
@@ -38,20 +35,9 @@ def load_estimators() -> dict[str, type[Estimator]]:
         Estimator classes by name, in alphabetical order.
 
     Raises:
-        ValueError: If two estimators have the same name.
+        EstimatorFileError: If a file cannot be imported, an estimator has no name, or two have the same.
     """
-    found: dict[str, type[Estimator]] = {}
-    for entry in pkgutil.iter_modules(__path__):
-        module = importlib.import_module(f"{__name__}.{entry.name}")
-        for estimator in vars(module).values():
-            if not _is_estimator_of(module, estimator):
-                continue
-            name = estimator.name
-            if name in found:
-                twins = f"{found[name].__module__} and {estimator.__module__}"
-                raise ValueError(f"two estimators are named '{name}': {twins}")
-            found[name] = estimator
-    return dict(sorted(found.items()))
+    return _SCAN.of(__name__, __path__)
 
 
 def estimator_named(name: str) -> type[Estimator]:
@@ -65,6 +51,7 @@ def estimator_named(name: str) -> type[Estimator]:
 
     Raises:
         UnknownEstimatorError: If no file of this package defines it.
+        EstimatorFileError: If a file of this package defines an estimator that cannot be used.
     """
     estimators = load_estimators()
     if name not in estimators:
@@ -95,8 +82,4 @@ def make_estimator(name: str, axes: int, sampling: Sampling = THESIS_SAMPLING, *
     return estimator
 
 
-def _is_estimator_of(module: ModuleType, thing: Any) -> TypeGuard[type[Estimator]]:  # noqa: ANN401  (as in the laws)
-    """Whether a thing is an estimator that this module defines, not one that it imports or an abstract ancestor."""
-    if not (inspect.isclass(thing) and issubclass(thing, Estimator)):
-        return False
-    return thing.__module__ == module.__name__ and not inspect.isabstract(thing)
+_SCAN: Final[Scan[Estimator]] = Scan(Estimator, "estimator", EstimatorFileError)

@@ -54,11 +54,11 @@ class AlphaBeta(Estimator):
 
     def _begin(self, at_ns: int) -> None:  # noqa: ARG002
         """The first sample: rest where it is."""
-        self._angle[:] = self._q
+        self._angle[:] = self.q
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Predict over the interval, and correct."""
-        _correct(self._q, self._angle, self.rate, interval_ns / NANOSECONDS_PER_SECOND, self._alpha, self._beta)
+        _correct(self.q, self._angle, self.rate, interval_ns / NANOSECONDS_PER_SECOND, self._alpha, self._beta)
 
 
 @compiled

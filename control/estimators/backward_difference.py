@@ -38,11 +38,11 @@ class BackwardDifference(Estimator):
 
     def _begin(self, at_ns: int) -> None:  # noqa: ARG002
         """The first sample."""
-        self._before[:] = self._q
+        self._before[:] = self.q
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """The difference of two samples, by the time between them."""
-        _difference(self._q, self._before, NANOSECONDS_PER_SECOND / interval_ns, self.rate)
+        _difference(self.q, self._before, NANOSECONDS_PER_SECOND / interval_ns, self.rate)
 
 
 @compiled

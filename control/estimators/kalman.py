@@ -74,12 +74,12 @@ class Kalman(Estimator):
 
     def _begin(self, at_ns: int) -> None:  # noqa: ARG002
         """The first sample: rest where it is."""
-        self._state[0] = self._q
+        self._state[0] = self.q
         self._state[1] = 0.0
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Predict over the interval, and correct."""
-        _correct(self._q, self._state, self.rate, interval_ns / NANOSECONDS_PER_SECOND, *self.gain)
+        _correct(self.q, self._state, self.rate, interval_ns / NANOSECONDS_PER_SECOND, *self.gain)
 
 
 TRANSITION: Final = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])

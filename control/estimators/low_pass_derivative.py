@@ -51,12 +51,12 @@ class LowPassDerivative(Estimator):
 
     def _begin(self, at_ns: int) -> None:  # noqa: ARG002
         """The first sample: rest."""
-        self._before[:] = self._q
+        self._before[:] = self.q
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Forget as much as the interval asks for, and add the difference."""
         interval = interval_ns / NANOSECONDS_PER_SECOND
-        _filter(self._q, self._before, interval, math.exp(-interval / self._tau), self.rate)
+        _filter(self.q, self._before, interval, math.exp(-interval / self._tau), self.rate)
 
 
 @compiled

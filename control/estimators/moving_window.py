@@ -58,7 +58,7 @@ class MovingWindow(Estimator):
 
     def _begin(self, at_ns: int) -> None:
         """The first sample: a window of one."""
-        self._angles[0] = self._q
+        self._angles[0] = self.q
         self._times[0] = at_ns
         self._taken = 1
 
@@ -68,7 +68,7 @@ class MovingWindow(Estimator):
         oldest = (self._taken - min(self._taken, self.length)) % self._slots
         self._times[newest] = at_ns
         per_second = NANOSECONDS_PER_SECOND / (at_ns - self._times[oldest])
-        _slope(self._q, self._angles, newest, oldest, per_second, self.rate)
+        _slope(self.q, self._angles, newest, oldest, per_second, self.rate)
         self._taken += 1
 
 

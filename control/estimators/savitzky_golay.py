@@ -76,7 +76,7 @@ class SavitzkyGolay(Estimator):
 
     def _begin(self, at_ns: int) -> None:
         """The first sample."""
-        self._angles[0] = self._q
+        self._angles[0] = self.q
         self._times[0] = at_ns
         self._taken = 1
 
@@ -85,7 +85,7 @@ class SavitzkyGolay(Estimator):
         newest = self._taken % self.length
         self._taken += 1
         count = min(self._taken, self.length)
-        _fit(self._q, at_ns, self._angles, self._times, newest, count, self.order, self._scratch, self.rate)
+        _fit(self.q, at_ns, self._angles, self._times, newest, count, self.order, self._scratch, self.rate)
 
 
 @compiled

@@ -1,14 +1,11 @@
 """The control laws, one file a law: whatever `Law` a module of this package defines is found by its name."""
 
-import importlib
-import inspect
-import pkgutil
 from collections.abc import Mapping
-from types import ModuleType
-from typing import Any, TypeGuard
+from typing import Final
 
 from torquerig.control.errors import LawFileError, UnknownLawError
 from torquerig.control.law import Gains, Law
+from torquerig.control.scan import Scan
 
 __all__ = ["law_named", "load_laws"]
 
@@ -20,19 +17,9 @@ def load_laws() -> dict[str, type[Law]]:
         Law classes by name, in alphabetical order.
 
     Raises:
-        LawFileError: If a law has no name or no gains, or two laws have the same name.
+        LawFileError: If a file cannot be imported, a law has no name or no gains, or two have the same name.
     """
-    laws: dict[str, type[Law]] = {}
-    for entry in pkgutil.iter_modules(__path__):
-        module = importlib.import_module(f"{__name__}.{entry.name}")
-        for law in vars(module).values():
-            if not _is_law_of(law, module):
-                continue
-            _check(module, law)
-            if law.name in laws:
-                raise LawFileError(f"two laws are named '{law.name}': {laws[law.name].__module__} and {law.__module__}")
-            laws[law.name] = law
-    return dict(sorted(laws.items()))
+    return _SCAN.of(__name__, __path__)
 
 
 def law_named(name: str) -> type[Law]:
@@ -54,23 +41,17 @@ def law_named(name: str) -> type[Law]:
     return laws[name]
 
 
-def _is_law_of(thing: Any, module: ModuleType) -> TypeGuard[type[Law]]:  # noqa: ANN401  (whatever a module holds)
-    """Whether a thing is a law that this module defines, not one that it imports or an abstract ancestor."""
-    if not (inspect.isclass(thing) and issubclass(thing, Law)):
-        return False
-    return thing.__module__ == module.__name__ and not inspect.isabstract(thing)
-
-
-def _check(module: ModuleType, law: type[Law]) -> None:
-    """Refuse a law that does not say what every law must: abstract class attributes cannot be declared."""
-    place = f"{module.__file__}: law {law.__name__}"
-    name, gains = getattr(law, "name", None), getattr(law, "gains", None)
-    if not (isinstance(name, str) and name):
-        raise LawFileError(f'{place} has no name: it must say name: ClassVar[str] = "its-name"')
-    if not (isinstance(gains, Mapping) and gains and all(map(_is_pair, gains.values()))):
-        raise LawFileError(f"{place} has no gains: it must say gains: ClassVar = {{motion: Gains(kp, kv)}}")
+def _lacks(law: type[Law]) -> str | None:
+    """What a law lacks beside a name."""
+    gains = getattr(law, "gains", None)
+    if isinstance(gains, Mapping) and gains and all(map(_is_pair, gains.values())):
+        return None
+    return "has no gains: it must say gains: ClassVar = {motion: Gains(kp, kv)}"
 
 
 def _is_pair(gains: object) -> bool:
     """Whether something can be kp and kv."""
     return isinstance(gains, tuple) and len(gains) == len(Gains._fields)
+
+
+_SCAN: Final[Scan[Law]] = Scan(Law, "law", LawFileError, _lacks)

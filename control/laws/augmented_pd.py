@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.law import Desired, Gains, Law, Published, State
+from torquerig.control.law import Desired, Gains, Law, Published, State, Torque
+from torquerig.control.terms import Terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,3 +35,15 @@ class AugmentedPD(Law):
         force = M @ desired.acceleration + C @ desired.velocity + self.kp * e + self.kv * edot
         force += self.friction_force(F, desired)
         return self.model.distribute(state.position, force) + self.stiction_torque(desired)
+
+    def in_loop(self) -> Torque:
+        """The same, compiled."""
+        terms = Terms(
+            inertia=1.0,
+            coriolis=1.0,
+            friction=float(self.friction),
+            kp=self.kp,
+            kv=self.kv,
+            stiction=self.stiction,
+        )
+        return terms.torque(self.model)

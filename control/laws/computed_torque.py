@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.law import Desired, Gains, Law, Published, State
+from torquerig.control.law import Desired, Gains, Law, Published, State, Torque
+from torquerig.control.terms import Terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,3 +34,14 @@ class ComputedTorque(Law):
         edot = desired.velocity - state.velocity
         force = M @ (desired.acceleration + self.kv * edot + self.kp * e) + self.friction_force(F, desired)
         return self.model.distribute(state.position, force) + self.stiction_torque(desired)
+
+    def in_loop(self) -> Torque:
+        """The same, compiled."""
+        terms = Terms(
+            inertia=1.0,
+            inertia_kp=self.kp,
+            inertia_kv=self.kv,
+            friction=float(self.friction),
+            stiction=self.stiction,
+        )
+        return terms.torque(self.model)

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.law import Desired, Gains, Law, Published, State
+from torquerig.control.law import Desired, Gains, Law, Published, State, Torque
+from torquerig.control.terms import Terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,3 +34,8 @@ class CoupledPD(Law):
         if self.friction:
             force += self.friction_force(self.model.task_viscous(state.position), desired)
         return self.model.distribute(state.position, force) + self.stiction_torque(desired)
+
+    def in_loop(self) -> Torque:
+        """The same, compiled."""
+        terms = Terms(kp=self.kp, kv=self.kv, friction=float(self.friction), stiction=self.stiction)
+        return terms.torque(self.model)

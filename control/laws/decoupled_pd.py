@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.law import Desired, Gains, Law, Published, State
+from torquerig.control.law import Desired, Gains, Law, Published, State, Torque
+from torquerig.control.terms import Terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,3 +36,8 @@ class DecoupledPD(Law):
             F = self.model.task_viscous(state.position)
             tau += self.model.distribute(state.position, self.friction_force(F, desired))
         return tau
+
+    def in_loop(self) -> Torque:
+        """The same, compiled."""
+        terms = Terms(joint_kp=self.kp, joint_kv=self.kv, friction=float(self.friction), stiction=self.stiction)
+        return terms.torque(self.model)

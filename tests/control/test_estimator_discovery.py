@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from torquerig.configuration import load_configuration
-from torquerig.control import UnknownEstimatorError, estimators
+from torquerig.control import EstimatorFileError, UnknownEstimatorError, estimators
 from torquerig.control.estimators import (
     BackwardDifference,
     MovingWindow,
@@ -76,6 +76,16 @@ def test_the_example_in_the_docs_is_an_estimator_that_tells_its_delay_and_noise(
 def test_estimators_that_a_file_only_imports_are_not_its_own(folder):
     (folder / "dropped_import.py").write_text("from torquerig.control.estimators.kalman import Kalman\n")
     assert list(load_estimators()) == NAMES
+
+
+@pytest.mark.parametrize("line", ["pass", "name = 3", 'name = ""'])
+def test_an_estimator_without_a_name_is_refused_with_its_file(folder, line):
+    text = textwrap.dedent(NEW.format(name="constant")).replace('name = "constant"', line)
+    (folder / "dropped_nameless.py").write_text(text)
+    with pytest.raises(EstimatorFileError) as refused:
+        load_estimators()
+    assert str(refused.value).startswith(f"{folder / 'dropped_nameless.py'}: estimator Constant has no name: ")
+    assert "\n" not in str(refused.value)
 
 
 def test_two_estimators_of_one_name_are_refused(folder):

@@ -53,6 +53,16 @@ def test_torques_are_three_finite_numbers(law_class, model, situation, friction,
         assert all(map(isfinite, torque))
 
 
+@pytest.mark.parametrize("friction", [False, True])
+@settings(max_examples=30, deadline=None)
+@given(dx=OFFSETS, dy=OFFSETS, vx=RATES, vy=RATES, ex=OFFSETS, ey=OFFSETS)
+def test_the_loop_gets_the_torques_of_the_equation(law_class, model, situation, friction, dx, dy, vx, vy, ex, ey):
+    from_here = situation(x=HOME[0] + dx, y=HOME[1] + dy, vx=vx, vy=vy, ex=ex, ey=ey)
+    for motion in law_class.gains:
+        law = law_class.for_motion(model, motion, friction=friction, stiction=0.02)
+        assert law.in_loop()(*from_here) == pytest.approx(law.torque(*from_here), rel=1e-12, abs=1e-12)
+
+
 def test_at_rest_on_the_reference_no_law_asks_for_torque(law, situation):
     on_it = situation(vx=0, vy=0, ex=0, ey=0, evx=0, evy=0, ax=0, ay=0)
     assert law.torque(*on_it) == pytest.approx(np.zeros(3), abs=1e-12)

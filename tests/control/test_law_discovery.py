@@ -89,6 +89,18 @@ def test_gains_that_are_none_are_refused(folder, gains):
         load_laws()
 
 
+@pytest.mark.parametrize(
+    ("text", "words"), [("def (", "SyntaxError: "), ("import nosuch\n", "No module named 'nosuch'")]
+)
+def test_a_file_that_is_no_python_is_told_in_one_sentence(folder, capsys, text, words):
+    (folder / "dropped_broken.py").write_text(text)
+    assert main(["laws"]) == 2
+    told = capsys.readouterr().err
+    assert f"{folder / 'dropped_broken.py'} cannot be imported: " in told
+    assert words in told
+    assert told.count("\n") == 1
+
+
 def test_the_command_line_tells_of_a_bad_law_in_one_sentence(folder, capsys):
     (folder / "dropped_nameless.py").write_text(textwrap.dedent(NEW_LAW.format(name="")))
     assert main(["config"]) == 2
