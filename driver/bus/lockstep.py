@@ -67,6 +67,7 @@ class LockstepBus(can.BusABC):
         self._wire = wire
         self._queue: deque[Arrival] = deque()
         self._owner = threading.current_thread()
+        self._owner_id = threading.get_ident()
         self._closed = False
         self.channel_info = "lockstep bus"
         if tap is not None:
@@ -147,7 +148,7 @@ class LockstepBus(can.BusABC):
     def _check_use(self) -> None:
         if self._closed:
             raise LockstepError("the lockstep bus is closed")
-        if threading.current_thread() is not self._owner:
+        if threading.get_ident() != self._owner_id:
             raise LockstepError(
                 f"the lockstep bus belongs to thread {self._owner.name}, whose waiting is what advances its time: "
                 f"{threading.current_thread().name} may not use it (a real-time bus such as unix:FOLDER allows that)"

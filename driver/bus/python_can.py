@@ -43,6 +43,7 @@ class PythonCanBus:
         """
         self._bus = bus
         self._clock = clock
+        self.now_ns = clock.now_ns  # without a call in between: it is asked several times a cycle
         self._tap = tap
         self._spin_ns = spin_ns
         self._ignored: Counter[str] = Counter()
@@ -58,10 +59,6 @@ class PythonCanBus:
     def counts(self) -> dict[str, int]:
         """Everything that went wrong without an error: `ignored`, and what the unix bus counts."""
         return {**self._ignored, **(self._bus.counts if isinstance(self._bus, UnixBus) else {})}
-
-    def now_ns(self) -> int:
-        """Return the clock's time [ns]."""
-        return self._clock.now_ns()
 
     def wait_until(self, due_ns: int) -> None:
         """Wait without looking at the bus; frames queue meanwhile."""
@@ -103,6 +100,14 @@ class PythonCanBus:
                 self._ignored[flaw] += 1
             else:
                 return self._arrival(message)
+
+    def fileno(self) -> int:
+        """Return a descriptor that is readable whenever a frame waits.
+
+        Raises:
+            NotImplementedError: python-can's interface has none.
+        """
+        return self._bus.fileno()
 
     def close(self) -> None:
         """Shut the python-can bus down; may be called again."""

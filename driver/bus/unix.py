@@ -19,8 +19,7 @@ import select
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, MutableSequence
 from socket import socket
 from typing import Final
 
@@ -28,6 +27,7 @@ import can
 from can.typechecking import CanFilters
 
 from torquerig.driver.bus import unix_folder
+from torquerig.driver.bus.unix_folder import UNKNOWN, Peer
 from torquerig.driver.bus.unix_packet import LONGEST, SEQUENCE_MASK, decode, encode
 
 log = logging.getLogger(__name__)
@@ -35,19 +35,11 @@ log = logging.getLogger(__name__)
 _ROUNDS: Final = 4096  # frames taken from one member in one go; more than its queue holds with the usual wmem_max
 
 
-@dataclass(slots=True)
-class _Peer:
-    """Another member: the connection to it, its process-id, and the sequence number its next frame should have."""
-
-    connection: socket
-    process: int
-    expected: int | None = None
-
-
 class UnixBus(can.BusABC):
     """One member of the bus in a folder.
 
-    Sending and receiving may happen in different threads. `fileno()` is readable whenever `recv(0)` has something.
+    Sending and receiving may happen in different threads, unless a cycle's port is open (`unix_port`, which knows this
+    class from within). `fileno()` is readable whenever `recv(0)` has something.
     Timestamps are the sender's: a receiver that stalled still sees when each frame was sent.
     """
 
@@ -79,11 +71,11 @@ class UnixBus(can.BusABC):
         self._receive_own = receive_own_messages
         self._lock = threading.Lock()
         self._closed = False
-        self._sequence = 0
+        self._sent: MutableSequence[int] = [0]  # frames so far, which is the sequence number of the next
         self._inbox: deque[can.Message] = deque()
         self._not_taken: Counter[int] = Counter()
         self._counts: Counter[str] = Counter()
-        self._peers: dict[int, _Peer] = {}
+        self._peers: dict[int, Peer] = {}
         self._knock = select.poll()
         self._knock.register(self._place.door, select.POLLIN)
         self._flag = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
@@ -135,10 +127,10 @@ class UnixBus(can.BusABC):
         with self._lock:
             self._check_open()
             sent_ns = time.monotonic_ns()
-            packet = encode(msg, self._sequence, sent_ns)
+            packet = encode(msg, self._sent[0], sent_ns)
             while self._knock.poll(0) and self._admit():
                 pass
-            self._sequence = (self._sequence + 1) & SEQUENCE_MASK
+            self._sent[0] = (self._sent[0] + 1) & SEQUENCE_MASK
             gone = []
             for peer in self._peers.values():
                 try:
@@ -195,7 +187,7 @@ class UnixBus(can.BusABC):
             raise can.CanOperationError(f"this member of the {self.channel_info} is shut down")
 
     def _add(self, connection: socket) -> None:
-        self._peers[connection.fileno()] = _Peer(connection, unix_folder.peer_process(connection))
+        self._peers[connection.fileno()] = Peer(connection, unix_folder.peer_process(connection))
         self._epoll.register(connection, select.EPOLLIN)
 
     def _admit(self) -> bool:
@@ -209,7 +201,7 @@ class UnixBus(can.BusABC):
         self._add(connection)
         return True
 
-    def _part_with(self, peer: _Peer) -> None:
+    def _part_with(self, peer: Peer) -> None:
         """Close the connection to a member that left, once what it said before is read."""
         said: list[tuple[int, can.Message]] = []
         while self._read(peer, said):
@@ -228,7 +220,7 @@ class UnixBus(can.BusABC):
                 break
         self._put(came)
 
-    def _read(self, peer: _Peer, came: list[tuple[int, can.Message]]) -> bool:
+    def _read(self, peer: Peer, came: list[tuple[int, can.Message]]) -> bool:
         """Append a frame of this member; return False when it has no more, and close its connection if it left."""
         try:
             packet = peer.connection.recv(LONGEST + 1)
@@ -245,9 +237,9 @@ class UnixBus(can.BusABC):
         if parts is None:
             self._counts["malformed"] += 1
             return True
-        if peer.expected is not None:
-            self._counts["missed"] += (parts.sequence - peer.expected) & SEQUENCE_MASK
-        peer.expected = (parts.sequence + 1) & SEQUENCE_MASK
+        if peer.expected[0] != UNKNOWN:
+            self._counts["missed"] += (parts.sequence - int(peer.expected[0])) & SEQUENCE_MASK
+        peer.expected[0] = (parts.sequence + 1) & SEQUENCE_MASK
         came.append((parts.sent_ns, parts.message))
         return True
 

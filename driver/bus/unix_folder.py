@@ -17,7 +17,8 @@ import secrets
 import socket
 import struct
 import time
-from dataclasses import dataclass
+from collections.abc import MutableSequence
+from dataclasses import dataclass, field
 from typing import Final
 
 LOCK_NAME: Final = "members.lock"
@@ -25,6 +26,24 @@ PATIENCE_S: Final = 5.0  # joining takes a millisecond: who holds the lock longe
 BACKLOG: Final = 256  # newcomers that may wait at the door of a member that does not look
 SEND_BUFFER: Final = 1 << 20  # [byte]; the kernel caps it (net.core.wmem_max), and 212992 hold 277 frames
 _MEMBER: Final = re.compile(r"member-\d+-[0-9a-f]{8}\.sock")
+
+
+UNKNOWN: Final = -1
+
+
+@dataclass(slots=True)
+class Peer:
+    """Another member.
+
+    Attributes:
+        connection: The connection to it.
+        process: Its process-id.
+        expected: The one sequence number that its next frame should have, `UNKNOWN` before the first.
+    """
+
+    connection: socket.socket
+    process: int
+    expected: MutableSequence[int] = field(default_factory=lambda: [UNKNOWN])
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,10 +66,7 @@ def settings_of(
         ProfileError: The drive cannot keep the period, or share an RPDO.
         EdsError: A PDO maps what the EDS does not hold.
     """
-    if group.group_rpdo:
-        data = group_process_data(objects, profile, group.rpdo_type, slot, len(siblings) + 1)
-    else:
-        data = own_process_data(objects, profile, group.rpdo_type, slow_tpdos=group.has_room)
+    data = process_data_of(objects, profile, group, slot, len(siblings) + 1)
     return (
         *(Setting(*each.object, each.value) for each in profile.first),
         *_rated(profile),
@@ -79,6 +76,26 @@ def settings_of(
         *_rpdos(objects, profile, group, data),
         *_tpdos(objects, data),
     )
+
+
+def process_data_of(
+    objects: DriveObjects, profile: DriveProfile, group: GroupSettings, slot: int, slots: int
+) -> ProcessData:
+    """The PDOs of one drive.
+
+    Args:
+        objects: The drive's objects.
+        profile: Its make.
+        group: What holds for all.
+        slot: The drive's place in the group.
+        slots: How many drives there are.
+
+    Raises:
+        ProfileError, EdsError: As in `settings_of`.
+    """
+    if group.group_rpdo:
+        return group_process_data(objects, profile, group.rpdo_type, slot, slots)
+    return own_process_data(objects, profile, group.rpdo_type, slow_tpdos=group.has_room)
 
 
 def configure(objects: DriveObjects, settings: Sequence[Setting]) -> Job[None]:
@@ -171,6 +188,8 @@ def _supervision(
         yield Setting(0x1029, 1, 0)  # a communication error leaves NMT operational
     if objects.holds(0x6007):
         yield Setting(0x6007, 0, 1, watchdog=True)  # lost communication is a fault
+    if watchdogs.sync_loss is not None:
+        yield Setting(*watchdogs.sync_loss, min(group.watchdog_periods, 0xFF), watchdog=True)
     for each in watchdogs.objects:
         yield Setting(*each.object, each.value, watchdog=True)
 

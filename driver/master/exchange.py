@@ -5,52 +5,18 @@ stopped) it goes on by itself with zero torque, RPDOs half a period after SYNC, 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from torquerig.driver.bus.cyclic import ANSWERED_NS, CyclicBus
 from torquerig.driver.master.axis import Axis
+from torquerig.driver.master.port_cycle import CycleMap, PortCycle
 from torquerig.driver.master.pump import FAR_NS, Handler, Pump
+from torquerig.driver.master.samples import CycleCounts, RawSample
 from torquerig.driver.master.watch import TroubleKind, Watch
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sync import SYNC_FRAME
-
-
-class RawSample(NamedTuple):
-    """All axes at one SYNC, in the drives' own units.
-
-    Attributes:
-        at_ns: When the SYNC was sent [ns].
-        positions: Position actual values, shape (n,) [count].
-        torques: Actual torques, shape (n,) [count of the profile's torque reference].
-        complete: Whether all axes answered in time; what is missing repeats the sample before.
-        answered_ns: When each axis' answer arrived, after the SYNC, shape (n,) [ns]; NaN where it did not in time.
-    """
-
-    at_ns: int
-    positions: NDArray[np.int64]
-    torques: NDArray[np.int64]
-    complete: bool
-    answered_ns: NDArray[np.float64]
-
-
-@dataclass(slots=True)
-class CycleCounts:
-    """What happened in the cycles so far.
-
-    Attributes:
-        syncs: SYNCs sent.
-        skipped: SYNCs that were too late to be sent at all.
-        late: TPDOs that came after their cycle's deadline.
-        missed: TPDOs that did not come in time, by axis.
-    """
-
-    syncs: int = 0
-    skipped: int = 0
-    late: int = 0
-    missed: list[int] = field(default_factory=list)
 
 
 class CyclicExchange:
@@ -59,6 +25,8 @@ class CyclicExchange:
     Attributes:
         due_ns: When the cycle, led by nobody, does its next thing [ns].
         counts: What happened so far.
+        sync_ns: When the last SYNC was sent [ns].
+        port: What the cycle goes through when a loop leads it, where the bus offers that.
     """
 
     def __init__(self, pump: Pump, axes: Sequence[Axis], watch: Watch, period_ns: int, tolerated_misses: int) -> None:
@@ -72,6 +40,7 @@ class CyclicExchange:
             tolerated_misses: SYNCs in a row that a drive may leave unanswered.
         """
         self.due_ns = FAR_NS
+        self.port: PortCycle | None = None
         self.counts = CycleCounts(missed=[0] * len(axes))
         self._pump = pump
         self._axes = tuple(axes)
@@ -79,16 +48,18 @@ class CyclicExchange:
         self._period_ns = period_ns
         self._half_ns = period_ns // 2
         self._tolerated = tolerated_misses
-        self._sync_ns = 0
+        self.sync_ns = 0
         self._rpdo_ns = 0
         self._next_sync_ns = FAR_NS
         self._next_rpdo_ns = FAR_NS
         self._open = False
+        self._silent = False  # whether somebody left the last SYNC unanswered
         self._unanswered = 0
         self._answered = [True] * len(axes)
         self._silence = [0] * len(axes)
-        self._positions = np.zeros(len(axes), dtype=np.int64)
-        self._torques = np.zeros(len(axes), dtype=np.int64)
+        self._map = CycleMap(len(axes))
+        self._positions: NDArray[np.int64] = self._map.block["position"][0, : len(axes)]
+        self._torques: NDArray[np.int64] = self._map.block["torque"][0, : len(axes)]
         self._unheard_ns = np.full(len(axes), np.nan)
         self._answered_ns = self._unheard_ns.copy()
         self._values = [[0] * len(axis.rpdo.fields) for axis in axes]
@@ -106,13 +77,38 @@ class CyclicExchange:
         """The last position heard of an axis [count]."""
         return int(self._positions[self._axes.index(axis)])
 
+    def open_port(self) -> None:
+        """Go through the bus's port from the next `sample` on, if it offers one.
+
+        Raises:
+            BusError: The bus is gone.
+        """
+        bus, axes = self._pump.bus, self._axes
+        self.port = None
+        if isinstance(bus, CyclicBus) and not self._pump.echoes:
+            if self._map.is_blank:
+                self._lay_out(self._map)
+            cycle = self._map.done(axes)
+            opened = bus.open_cyclic(cycle)
+            if opened is not None:
+                self.port = PortCycle(self._pump, opened, cycle, axes, watch=self._watch, counts=self.counts)
+
+    def close_port(self) -> None:
+        """Go through frames again."""
+        self.port = None
+        bus = self._pump.bus
+        if isinstance(bus, CyclicBus):
+            bus.close_cyclic()
+
     def start(self, at_ns: int) -> None:
-        """Let the cycle go on by itself, with its first SYNC at `at_ns`."""
+        """Let the cycle go on by itself, with its first SYNC at `at_ns`; the axes' scales must be known."""
+        self.open_port()
         self._next_sync_ns = at_ns
         self._plan()
 
     def stop(self) -> None:
-        """Send nothing more."""
+        """Send nothing more, and leave the port."""
+        self.close_port()
         self._next_sync_ns = self._next_rpdo_ns = FAR_NS
         self._open = False
         self._plan()
@@ -132,25 +128,32 @@ class CyclicExchange:
         self._plan()
 
     def sample(self, due_ns: int) -> RawSample:
-        """Wait until `due_ns`, SYNC, and return when all axes answered or half a period has passed.
+        """As `ask`; what the axes then said."""
+        complete = self.ask(due_ns)
+        answered_ns = self._answered_ns if self.port is None else self.port.heard()[ANSWERED_NS]
+        return RawSample(self.sync_ns, self._positions.copy(), self._torques.copy(), complete, answered_ns)
 
-        If the next SYNC was due more than half a period before, the cycle goes on by itself until then.
+    def ask(self, due_ns: int) -> bool:
+        """Wait until `due_ns`, SYNC, and return when all axes answered or half a period has passed; whether all did.
+
+        If the next SYNC was due more than half a period before, the cycle goes on by itself until then; half a period
+        after a SYNC that nobody led is the soonest.
 
         Raises:
             BusError: The bus is gone.
         """
         if self._next_sync_ns < due_ns - self._half_ns:
             self._pump.serve(due_ns - self._half_ns)
-        self._next_sync_ns = self._next_rpdo_ns = FAR_NS
-        self._plan()
-        self._pump.serve(due_ns)
-        self._sync(self._pump.now_ns())
-        self._pump.serve(self._sync_ns + self._half_ns, self._is_answered)
-        complete = self._is_answered()
-        self._close()
-        self._next_sync_ns = self._sync_ns + self._period_ns
-        self._plan()
-        return RawSample(self._sync_ns, self._positions.copy(), self._torques.copy(), complete, self._answered_ns)
+        if self._next_rpdo_ns < FAR_NS:  # of a cycle that nobody led: its answers would be taken for those to this SYNC
+            due_ns = max(due_ns, self._next_rpdo_ns)
+        self._next_sync_ns = self._next_rpdo_ns = self.due_ns = FAR_NS
+        try:
+            complete = self._ask_by_frames(due_ns) if self.port is None else self._ask_port(self.port, due_ns)
+        except BaseException:
+            self._next_sync_ns = self.due_ns = due_ns + self._period_ns  # whoever stops the drives needs the cycle
+            raise
+        self._next_sync_ns = self.due_ns = self.sync_ns + self._period_ns
+        return complete
 
     def send_torques(self, counts: Sequence[int]) -> None:
         """Send every axis its controlword and torque now.
@@ -176,11 +179,35 @@ class CyclicExchange:
         if self._pump.now_ns() - self._rpdo_ns > self._half_ns:
             self.send_torques(self._zeros)
 
+    def command(self, port: PortCycle, *, look: bool) -> int:
+        """Send every axis its controlword and the port's wanted torque; see `PortCycle.command`."""
+        return port.command(0, look=look)
+
+    def _ask_by_frames(self, due_ns: int) -> bool:
+        self._pump.serve(due_ns)
+        self._sync(self._pump.now_ns())
+        self._pump.serve(self.sync_ns + self._half_ns, self._is_answered)
+        complete = self._is_answered()
+        self._close()
+        return complete
+
+    def _ask_port(self, port: PortCycle, due_ns: int) -> bool:
+        if self._open:
+            self._pump.serve(due_ns)
+            self._close()
+        complete = port.exchange(due_ns, self._half_ns)
+        self.sync_ns = port.sync_ns
+        self.counts.syncs += 1
+        if not complete or self._silent:
+            self._answered = [bool(answered) for answered in port.answered.tolist()]
+            self._close()
+        return complete
+
     def _sync(self, now_ns: int) -> None:
         if self._open:
             self._close()
         self._open = True
-        self._sync_ns = now_ns
+        self.sync_ns = now_ns
         self._unanswered = len(self._axes)
         for place in range(len(self._axes)):
             self._answered[place] = False
@@ -190,13 +217,14 @@ class CyclicExchange:
 
     def _close(self) -> None:
         """End a cycle: count who did not answer."""
-        self._open = False
+        self._open = self._silent = False
         for place, axis in enumerate(self._axes):
             if self._answered[place]:
                 self._silence[place] = 0
                 continue
             self.counts.missed[place] += 1
             self._silence[place] += 1
+            self._silent = True
             if self._silence[place] > self._tolerated:
                 silence = self._silence[place]
                 self._watch.report(TroubleKind.SILENT, axis.node_id, f"left {silence} SYNCs in a row unanswered")
@@ -215,7 +243,15 @@ class CyclicExchange:
             values[at_controlword] = axis.controlword
             values[at_torque] = torque
             frames.append(Frame(axis.rpdo_cob, axis.rpdo.pack(values)))
-        return frames
+        return sorted(frames)  # as arbitration has it: then an adapter that keeps their order changes nothing
+
+    def _lay_out(self, plan: CycleMap) -> None:
+        """Say which frames the cycle has, commands by rising identifier as in `_frames`."""
+        for place, axis in sorted(enumerate(self._axes), key=lambda each: each[1].rpdo_cob):
+            plan.answer(axis.tpdo_cob, place, axis.tpdo, axis.tpdo_places, answers=True)
+            at_controlword, at_torque = axis.rpdo_places
+            number = plan.command(axis.rpdo_cob, axis.rpdo.size)
+            plan.target(place, (number, axis.rpdo, at_torque), (number, axis.rpdo, at_controlword))
 
     def _listen(self, place: int, axis: Axis) -> None:
         """Have the axis' process data handed to us."""
@@ -245,5 +281,5 @@ class CyclicExchange:
             self.counts.late += 1
         elif not self._answered[place]:
             self._answered[place] = True
-            self._answered_ns[place] = at_ns - self._sync_ns
+            self._answered_ns[place] = at_ns - self.sync_ns
             self._unanswered -= 1

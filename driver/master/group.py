@@ -11,7 +11,7 @@ A group is what the loop calls joints: `now_ns`, `sample` and `command`.
 
 from collections.abc import Sequence
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,35 +19,17 @@ from numpy.typing import NDArray
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import EnablingRefused, TorqueRigError
 from torquerig.driver.master.axis import Axis
-from torquerig.driver.master.exchange import CycleCounts, RawSample
 from torquerig.driver.master.homing import home_axes
 from torquerig.driver.master.objects import Value
+from torquerig.driver.master.port_cycle import PortCycle
 from torquerig.driver.master.pump import SECOND_NS, PumpCounts
+from torquerig.driver.master.samples import AxisSample, CycleCounts, RawSample
 from torquerig.driver.master.scale import AxisScale, AxisSettings
 from torquerig.driver.master.session import DriveSession
 from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.wire.emcy import Emergency
 
 _ATTEMPTS_TO_LEAVE = 3  # a person who presses Ctrl-C again must not keep the drives from being disabled
-
-
-class AxisSample(NamedTuple):
-    """All axes at one SYNC.
-
-    Attributes:
-        at_ns: When the SYNC was sent, on the bus clock [ns].
-        q: Joint angles, shape (n,) [rad].
-        torque: Actual motor torques, shape (n,) [N·m at the motor].
-        complete: Whether all axes answered in time; what is missing repeats the sample before.
-        answered_ns: When each axis' answer arrived, after the SYNC, shape (n,) [ns]; NaN where it did not in time;
-            None where nobody looked.
-    """
-
-    at_ns: int
-    q: NDArray[np.float64]
-    torque: NDArray[np.float64]
-    complete: bool
-    answered_ns: NDArray[np.float64] | None = None
 
 
 class AxisGroup:
@@ -193,9 +175,14 @@ class AxisGroup:
             SecondMaster: Another master was heard; the group is stopped.
             BusError: The bus is gone.
         """
+        exchange = self._session.exchange
+        if (port := exchange.port) is not None:
+            complete = exchange.ask(due_ns)
+            self._stop_on_trouble()
+            q, torque, answered_ns = port.heard()
+            return AxisSample(exchange.sync_ns, q, torque, complete, answered_ns)
         raw = self.sample_raw(due_ns)
-        scales = self._scales
-        positions, torques = raw.positions.tolist(), raw.torques.tolist()
+        scales, positions, torques = self._scales, raw.positions.tolist(), raw.torques.tolist()
         return AxisSample(
             raw.at_ns,
             np.array([scale.angle(position) for scale, position in zip(scales, positions, strict=True)]),
@@ -215,9 +202,11 @@ class AxisGroup:
             ValueError: A torque is not a number; nothing is sent.
             DriveFault, NoAnswer, SecondMaster, BusError: As in `sample`.
         """
-        self.command_raw(
-            [scale.torque_counts(torque) for scale, torque in zip(self._scales, tau_m.tolist(), strict=True)], due_ns
-        )
+        if (port := self._session.exchange.port) is not None:
+            self._command_port(port, tau_m, due_ns)
+        else:
+            torques = zip(self._scales, tau_m.tolist(), strict=True)
+            self.command_raw([scale.torque_counts(torque) for scale, torque in torques], due_ns)
 
     def sample_raw(self, due_ns: int) -> RawSample:
         """As `sample`, in the drives' own counts: for calibration."""
@@ -268,6 +257,19 @@ class AxisGroup:
         """
         self._session.service.run({node_id: self._axis(node_id).objects.write(index, subindex, value)})
         self._stop_on_trouble()
+
+    def _command_port(self, port: PortCycle, tau_m: NDArray[np.float64], due_ns: int) -> None:
+        session = self._session
+        if tau_m.shape != port.wanted.shape:
+            raise ValueError(f"{len(port.wanted)} torques are needed, not {tau_m.shape}")
+        if port.sync_ns < due_ns and session.pump.now_ns() < due_ns:
+            session.pump.serve(due_ns)
+        self._stop_on_trouble()
+        port.wanted[:] = tau_m
+        if session.exchange.command(port, look=True):
+            port.hand_out()
+            self._stop_on_trouble()
+            session.exchange.command(port, look=False)
 
     def _axis(self, node_id: int) -> Axis:
         for axis in self.axes:

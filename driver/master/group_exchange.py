@@ -6,12 +6,14 @@ from struct import error as StructError  # noqa: N812  (the module's own name fo
 
 from torquerig.driver.master.axis import Axis
 from torquerig.driver.master.exchange import CyclicExchange
+from torquerig.driver.master.port_cycle import CycleMap, PortCycle
 from torquerig.driver.master.process_data import GROUP_COB, STATUS_CYCLES
 from torquerig.driver.master.profile import CONTROLWORD, POSITION, STATUSWORD
 from torquerig.driver.master.pump import Handler, Pump
 from torquerig.driver.master.watch import Watch
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Frame
+from torquerig.driver.wire.pdo import PdoLayout
 
 
 class GroupExchange(CyclicExchange):
@@ -40,6 +42,30 @@ class GroupExchange(CyclicExchange):
                 frames.append(Frame(axis.rpdo_cob, self._controlwords[place].pack((axis.controlword,))))
         frames.append(Frame(GROUP_COB, torques))
         return frames
+
+    def command(self, port: PortCycle, *, look: bool) -> int:
+        """As `CyclicExchange`: the torques of all, behind their controlwords when these are new or it is their turn."""
+        cycle = (self._cycle + 1) % STATUS_CYCLES
+        controlwords: list[int | None] = [axis.controlword for axis in self._axes]
+        tell_all = cycle == 0 or controlwords != self._told
+        flags = port.command(0 if tell_all else len(self._axes), look=look)
+        if not flags:
+            self._cycle, self._told = cycle, controlwords
+        return flags
+
+    def _lay_out(self, plan: CycleMap) -> None:
+        for place, axis in enumerate(self._axes):
+            position = axis.objects.layout((POSITION,))
+            status = axis.objects.layout((STATUSWORD, axis.settings.profile.torque.actual))
+            plan.answer(cob.TPDO[1] + axis.node_id, place, position, (None, 0, None), answers=True)
+            plan.answer(cob.TPDO[2] + axis.node_id, place, status, (0, None, 1), answers=False)
+            plan.command(axis.rpdo_cob, self._controlwords[place].size)
+        number = plan.command(GROUP_COB, self._torque_codec.size)
+        torques = PdoLayout(
+            field for axis in self._axes for field in axis.objects.layout((axis.settings.profile.torque.target,)).fields
+        )
+        for place, controlword in enumerate(self._controlwords):
+            plan.target(place, (number, torques, place), (place, controlword, 0))
 
     def _listen(self, place: int, axis: Axis) -> None:
         self._pump.handlers[cob.TPDO[1] + axis.node_id] = self._position_handler(place, axis)

@@ -23,6 +23,7 @@ GROUP_MOST: Final = 4
 """Torques of 16 bits that a frame holds."""
 STATUS_CYCLES: Final = 10
 """Statuswords, torques and controlwords come with every so many SYNCs beside a group RPDO."""
+_LENGTH: Final = 0xFF  # of a mapping entry: bits of the object
 _DUMMY: Final = pdo.mapping_entry(0x0003, 0, 16)  # INTEGER16
 
 
@@ -43,6 +44,11 @@ class MappedPdo:
     transmission: int
     entries: tuple[int, ...]
     watched: bool = False
+
+    @property
+    def size(self) -> int:
+        """Bytes of its data."""
+        return sum(entry & _LENGTH for entry in self.entries) // 8
 
 
 @dataclass(frozen=True, slots=True)

@@ -133,6 +133,7 @@ class Watchdogs:
         heartbeat: The drive consumes heartbeats (1016).
         emergency: The drive consumes its siblings' EMCYs (1028).
         guarding: The drive is guarded (100C, 100D) because it has no heartbeat.
+        sync_loss: The object of 8 bits that holds how many periods without SYNC stop the drive.
         objects: Further objects with the value that arms them.
     """
 
@@ -140,6 +141,7 @@ class Watchdogs:
     heartbeat: StrictBool = False
     emergency: StrictBool = False
     guarding: StrictBool = False
+    sync_loss: Address | None = None
     objects: tuple[FirstWrite, ...] = ()
 
     @model_validator(mode="after")

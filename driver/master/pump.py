@@ -102,21 +102,32 @@ class Pump:
         """
         receive = self.bus.receive
         while done is None or not done():
-            due_ns = until_ns
-            for timed in self._timed:
-                due_ns = min(due_ns, timed.due_ns)
-            arrival = receive(due_ns)
+            arrival = receive(self.next_ns(until_ns))
             if arrival is not None:
-                self._hand_out(arrival)
+                self.hand_out(arrival)
             # a frame's own time will do: reading a clock at each frame is dear where that is a system call
             now_ns = self.bus.now_ns() if arrival is None else arrival.at_ns
-            for timed in self._timed:
-                if timed.due_ns <= now_ns:
-                    timed.fire(now_ns)
+            self.fire(now_ns)
             # on a bus that never falls silent the queue never empties: frames younger than the deadline can wait
             if now_ns >= until_ns:
                 return done is not None and done()
         return True
+
+    def next_ns(self, until_ns: int) -> int:
+        """When something is due, or else `until_ns` [ns]."""
+        for timed in self._timed:
+            until_ns = min(until_ns, timed.due_ns)
+        return until_ns
+
+    def fire(self, now_ns: int) -> int:
+        """Let happen what is due; when something is due next [ns]."""
+        next_ns = FAR_NS
+        for timed in self._timed:
+            if timed.due_ns <= now_ns:
+                timed.fire(now_ns)
+            if timed.due_ns < next_ns:  # noqa: PLR1730  (min costs a call each)
+                next_ns = timed.due_ns
+        return next_ns
 
     def learn_echo(self, frame: Frame, patience_ns: int) -> None:
         """Send a frame of our own and learn whether the bus gives it back."""
@@ -131,7 +142,8 @@ class Pump:
             if before is not None:
                 self.handlers[frame.can_id] = before
 
-    def _hand_out(self, arrival: Arrival) -> None:
+    def hand_out(self, arrival: Arrival) -> None:
+        """Give a frame to whoever waits for it."""
         frame = arrival.frame
         if self.echoes and self._awaited_echoes.get(frame.can_id):
             self._awaited_echoes[frame.can_id] -= 1

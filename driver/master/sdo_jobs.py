@@ -62,7 +62,7 @@ class Patience:
     Attributes:
         answer_ns: For each answer [ns].
         attempts: Whole transfers tried before the drive counts as silent.
-        spacing_ns: Time from an answer to the next transfer of the same job [ns].
+        spacing_ns: Time between the beginnings of two transfers, of whichever drives [ns].
     """
 
     answer_ns: int = 300 * MILLISECOND_NS
@@ -77,9 +77,25 @@ class Patience:
 
 USUAL: Final = Patience()
 BRIEF: Final = Patience(answer_ns=100 * MILLISECOND_NS, attempts=2)
-# While the cycle runs: several drives that are asked at full speed fill the bus, and a drive whose heartbeat waits for
-# a gap keeps its TPDO behind it.
-GENTLE: Final = Patience(spacing_ns=2 * MILLISECOND_NS)
+
+
+@dataclass(slots=True)
+class Turns:
+    """When transfers may begin, of all drives on a bus: one after the other.
+
+    Attributes:
+        free_ns: When the next one may begin [ns].
+    """
+
+    free_ns: int = 0
+
+    def take(self, now_ns: int, spacing_ns: int) -> int:
+        """Take the next turn, and say when it is [ns]; without a spacing nobody waits for his turn."""
+        if not spacing_ns:
+            return now_ns
+        turn_ns = max(now_ns, self.free_ns)
+        self.free_ns = turn_ns + spacing_ns
+        return turn_ns
 
 
 class SdoChannel:
@@ -90,9 +106,10 @@ class SdoChannel:
         done: Whether the last job has ended; see `outcome`.
     """
 
-    def __init__(self, pump: Pump, node_id: int) -> None:
+    def __init__(self, pump: Pump, node_id: int, turns: Turns) -> None:
         self.due_ns = FAR_NS
         self.done = True
+        self._turns = turns
         self._pump = pump
         self._node_id = cob.check_node_id(node_id)
         self._job: Job[Any] | None = None
@@ -167,10 +184,9 @@ class SdoChannel:
                 self.due_ns = now_ns + self._step.duration_ns
             else:
                 self._attempts_left = self._patience.attempts
-                if answer is None and error is None:
+                self.due_ns = self._turns.take(now_ns, self._patience.spacing_ns)
+                if answer is None and error is None and self.due_ns <= now_ns:
                     self._begin_transfer(now_ns)
-                else:
-                    self.due_ns = now_ns + self._patience.spacing_ns
 
     def _begin_transfer(self, now_ns: int) -> None:
         step = self._step
@@ -231,6 +247,7 @@ class SdoService:
 
     def __init__(self, pump: Pump) -> None:
         self.patience = USUAL
+        self._turns = Turns()
         self._pump = pump
         self._channels: dict[int, SdoChannel] = {}
 
@@ -241,7 +258,7 @@ class SdoService:
             ValueError: The node-id is not 1 to 127.
         """
         if node_id not in self._channels:
-            self._channels[node_id] = SdoChannel(self._pump, node_id)
+            self._channels[node_id] = SdoChannel(self._pump, node_id, self._turns)
         return self._channels[node_id]
 
     def run(self, jobs: Mapping[int, Job[T]], patience: Patience | None = None) -> dict[int, T]:

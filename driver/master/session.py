@@ -20,15 +20,18 @@ from torquerig.driver.master.configuration import (
     check_identity,
     configure,
     disarm_heartbeats,
+    process_data_of,
     settings_of,
     verify_watchdogs,
 )
 from torquerig.driver.master.exchange import CyclicExchange
 from torquerig.driver.master.faults import Fault, clear_old_faults, describe_faults, disable, read_fault
 from torquerig.driver.master.group_exchange import GroupExchange
+from torquerig.driver.master.identity import Identity, read_identity
 from torquerig.driver.master.pump import MILLISECOND_NS, GuardPoller, HeartbeatProducer, Pump, Timed, name_drives
+from torquerig.driver.master.room import spacing_alone_ns, transfer_spacing_ns
 from torquerig.driver.master.scale import AxisSettings, axis_scale
-from torquerig.driver.master.sdo_jobs import BRIEF, GENTLE, Job, SdoService
+from torquerig.driver.master.sdo_jobs import BRIEF, Job, Patience, SdoService
 from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.master.watch import TroubleKind, Watch, tell
 from torquerig.driver.wire import nmt
@@ -51,6 +54,7 @@ class DriveSession:
         service: Reaches the drives' objects.
         watch: Listens for emergencies, heartbeats and other masters.
         exchange: The cycle.
+        identities: Who the drives are, by node-id, once they were configured.
     """
 
     def __init__(self, bus: Bus, axes: Sequence[AxisSettings], settings: GroupSettings) -> None:
@@ -73,6 +77,7 @@ class DriveSession:
         self.watch = Watch(self.pump, self.axes, settings.master_id)
         kind = GroupExchange if settings.group_rpdo else CyclicExchange
         self.exchange = kind(self.pump, self.axes, self.watch, settings.period_ns, settings.watchdog_periods)
+        self.identities: dict[int, Identity] = {}
         self._producers: list[Timed] = []
         self._commands = False
         self._plans: dict[int, tuple[Setting, ...]] = {
@@ -99,13 +104,15 @@ class DriveSession:
         self.pump.learn_echo(nmt.encode_heartbeat(settings.master_id, NmtState.BOOT_UP), _ECHO_NS)
         self._produce(HeartbeatProducer(self.pump, settings.master_id, settings.master_heartbeat_ns))
         self._command_nmt(NmtCommand.PRE_OPERATIONAL)
+        self.service.patience = Patience(spacing_ns=spacing_alone_ns(settings.bit_rate))
         self.service.run({axis.node_id: self._prepare(axis) for axis in self.axes})
         guarded = tuple(axis.node_id for axis in self.axes if axis.settings.profile.watchdogs.guarding)
         if guarded:
             self._produce(GuardPoller(self.pump, guarded, settings.guard_ms * MILLISECOND_NS))
-        self.service.patience = GENTLE
+        self.service.patience = Patience(spacing_ns=self._spacing_ns())
         self.exchange.start(self.pump.now_ns() + settings.period_ns)
         self._command_nmt(NmtCommand.START)
+        self.watch.expect_operational()
         if not self.serve_until(lambda: all(axis.state is not None for axis in self.axes)):
             mute = [axis.node_id for axis in self.axes if axis.state is None]
             raise NoAnswer(f"no process data from {name_drives(mute)} within {settings.settling_ms / 1000:g} s")
@@ -140,6 +147,13 @@ class DriveSession:
         if self.watch.foreign is not None:
             raise SecondMaster(f"another master speaks on the bus: {self.watch.foreign}")
 
+    def refuse_absent(self) -> None:
+        """Raise EnablingRefused when a drive has left NMT operational since it was started."""
+        if left := self.watch.left:
+            told = "; ".join(f"drive {node_id}: {words}" for node_id, words in left.items())
+            why = "a node stood still, was reset, or the bus has no room for heartbeats"
+            raise EnablingRefused(f"{name_drives(sorted(left))} left NMT operational after the start ({told}): {why}")
+
     def serve_until(self, done: Callable[[], bool], timeout_ns: int | None = None) -> bool:
         """Let the cycle go on with zero torque until something is done; False when the time is over first."""
         patience_ns = self.settings.settling_ms * MILLISECOND_NS if timeout_ns is None else timeout_ns
@@ -172,16 +186,18 @@ class DriveSession:
 
         Raises:
             DriveFault: One fell into fault.
-            EnablingRefused: One stays where it is, or shows another mode of operation.
+            EnablingRefused: One stays where it is, left NMT operational, or shows another mode of operation.
             SecondMaster: Another master was heard meanwhile.
         """
         self.watch.armed = False
+        self.refuse_absent()
         self.refresh()  # the last statuswords may be older than a fault's reset
         for goal in (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED):
             for axis in axes:
                 axis.aim(goal)
-            self.serve_until(partial(_have_settled, axes, goal))
+            self.serve_until(partial(self._have_settled, axes, goal))
             self.refuse_second_master()
+            self.refuse_absent()
             self._check_walked(axes, goal)
         self.watch.troubles.clear()
         self.watch.armed = True
@@ -234,7 +250,17 @@ class DriveSession:
         for axis in self.axes:
             self.pump.send(nmt.encode_command(command, axis.node_id))
 
+    def _spacing_ns(self) -> int:
+        """Time between SDO transfers beside the cycle [ns]."""
+        settings, count = self.settings, len(self.axes)
+        drives = [
+            process_data_of(axis.objects, axis.settings.profile, settings, slot, count)
+            for slot, axis in enumerate(self.axes)
+        ]
+        return transfer_spacing_ns(drives[: settings.most_on_a_bus], settings.period_ns, settings.bit_rate)
+
     def _prepare(self, axis: Axis) -> Job[None]:
+        self.identities[axis.node_id] = yield from read_identity()
         yield from check_identity(axis.objects)
         yield from configure(axis.objects, self._plans[axis.node_id])
         rated_object = axis.settings.profile.torque.rated_object
@@ -244,6 +270,10 @@ class DriveSession:
     def _read_faults(self) -> list[Fault]:
         jobs = {axis.node_id: read_fault(axis.node_id, _heard(axis)) for axis in self.axes}
         return [fault for fault in self.service.run(jobs, BRIEF).values() if fault is not None]
+
+    def _have_settled(self, axes: Sequence[Axis], goal: DriveState) -> bool:
+        reached = all(axis.state is goal for axis in axes)
+        return reached or bool(self.watch.left) or any(axis.state in _WALKED_AWAY for axis in axes)
 
     def _check_walked(self, axes: Sequence[Axis], goal: DriveState) -> None:
         stuck = [axis for axis in axes if axis.state is not goal]
@@ -267,7 +297,3 @@ class DriveSession:
 def _heard(axis: Axis) -> int:
     """The code of the last emergency of a drive, 0 when there was none."""
     return axis.emergency.code if axis.emergency is not None else 0
-
-
-def _have_settled(axes: Sequence[Axis], goal: DriveState) -> bool:
-    return all(axis.state is goal for axis in axes) or any(axis.state in _WALKED_AWAY for axis in axes)

@@ -9,6 +9,14 @@ from torquerig.driver.wire import cob, pdo
 
 LIFE_TIME_FACTOR: Final = 3
 _ROOMY_NS: Final = 2 * MILLISECOND_NS
+_POSITIVE: Final = (
+    "watchdog_periods",
+    "heartbeat_ms",
+    "heartbeat_limit_ms",
+    "listening_ms",
+    "settling_ms",
+    "bit_rate",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +33,8 @@ class GroupSettings:
         listening_ms: Silence of other masters demanded before the first frame is sent [ms].
         settling_ms: The longest that one step of starting or enabling may take [ms].
         group_rpdo: Whether one RPDO carries the torques of all drives, see `process_data`.
+        bit_rate: Of the bus [bit/s]: what a cycle leaves of it is shared with SDO transfers.
+        most_on_a_bus: Where the drives are on several buses, how many are on the fullest; None for one bus.
     """
 
     period_ns: int = 4 * MILLISECOND_NS
@@ -36,6 +46,8 @@ class GroupSettings:
     listening_ms: int = 120
     settling_ms: int = 2000
     group_rpdo: bool = False
+    bit_rate: int = 1_000_000
+    most_on_a_bus: int | None = None
 
     def __post_init__(self) -> None:
         cob.check_node_id(self.master_id)
@@ -43,7 +55,7 @@ class GroupSettings:
             raise ValueError(f"a period is a positive number of whole microseconds, not {self.period_ns} ns")
         if not pdo.allowed_for_rpdo(self.rpdo_type):
             raise ValueError(f"an RPDO's transmission type is 0 to 240, 254 or 255, not {self.rpdo_type}")
-        for name in ("watchdog_periods", "heartbeat_ms", "heartbeat_limit_ms", "listening_ms", "settling_ms"):
+        for name in _POSITIVE:
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is to be positive, not {getattr(self, name)}")
 

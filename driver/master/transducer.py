@@ -115,10 +115,9 @@ class Transducer:
         self._session = session
         self._settings = settings
         self._objects = DriveObjects(settings.node_id, settings.eds, kind="transducer")
-        self._value = self._process_value()
-        has_status = self._objects.holds(STATUS, CHANNEL)
-        self._mapped = (self._value, *([ObjectAddress(STATUS, CHANNEL)] if has_status else []))
-        self._layout = self._objects.layout(self._mapped)
+        mapped = mapped_objects(self._objects, settings.eds)
+        self._value = mapped[0]
+        self._layout = self._objects.layout(mapped)
         self._unit = 0.0
         self._latest: Reading | None = None
         self._readings: deque[Reading] = deque(maxlen=_KEPT)
@@ -237,14 +236,6 @@ class Transducer:
             why = describe(error.code) if isinstance(error, SdoAbort) else str(error)
             raise ConfigurationMismatch(f"transducer {self.node_id} cannot be zeroed (6125): {why}") from error
 
-    def _process_value(self) -> ObjectAddress:
-        for index in PROCESS_VALUES:
-            if self._objects.holds(index, CHANNEL):
-                return ObjectAddress(index, CHANNEL)
-        raise EdsError(
-            f"{self._settings.eds} holds no process value of a measuring device: 9130, 7130 or 6130 (CiA 404)"
-        )
-
     def _run(self, job: Job[None]) -> None:
         try:
             self._session.service.run({self.node_id: job})
@@ -292,3 +283,16 @@ class Transducer:
             self._trouble = f"it is in NMT state {heartbeat.state.name.lower().replace('_', '-')}"
         else:
             self._trouble = ""
+
+
+def mapped_objects(objects: DriveObjects, eds: Path) -> tuple[ObjectAddress, ...]:
+    """What a transducer's TPDO1 is to carry: its process value, and its status if it has one.
+
+    Raises:
+        EdsError: The EDS holds no process value.
+    """
+    for index in PROCESS_VALUES:
+        if objects.holds(index, CHANNEL):
+            status = [ObjectAddress(STATUS, CHANNEL)] if objects.holds(STATUS, CHANNEL) else []
+            return ObjectAddress(index, CHANNEL), *status
+    raise EdsError(f"{eds} holds no process value of a measuring device: 9130, 7130 or 6130 (CiA 404)")

@@ -11,7 +11,7 @@ from torquerig.driver.master.profile import PdoMapping
 from torquerig.driver.master.pump import Pump, heartbeat_cob
 from torquerig.driver.wire import cob, emcy, nmt
 from torquerig.driver.wire.cia402 import DriveState
-from torquerig.driver.wire.emcy import Emergency
+from torquerig.driver.wire.emcy import Emergency, EmergencyCode
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.nmt import NmtState
 
@@ -50,6 +50,7 @@ class Watch:
         troubles: What happened, oldest first; the reader clears it.
         emergencies: The last emergencies heard.
         nmt_states: The last NMT state heard of each node.
+        left: Drives that left NMT operational since `expect_operational`, and how they told.
         foreign: How another master was heard, None while there is none.
     """
 
@@ -58,6 +59,7 @@ class Watch:
         self.troubles: list[Trouble] = []
         self.emergencies: deque[Emergency] = deque(maxlen=_REMEMBERED)
         self.nmt_states: dict[int, NmtState] = {}
+        self.left: dict[int, str] = {}
         self.foreign: str | None = None
         self._counts = pump.counts
         for axis in axes:
@@ -68,6 +70,11 @@ class Watch:
             pump.handlers[axis.rpdo_cob] = self.master_handler(f"it commands drive {axis.node_id}")
         pump.handlers[cob.SYNC] = self.master_handler("it sends SYNC")
         pump.handlers[heartbeat_cob(master_id)] = self.master_handler(f"it sends our heartbeat, node-id {master_id}")
+
+    def expect_operational(self) -> None:
+        """Drives have been started: from now on note who leaves NMT operational, enabled or not."""
+        self.nmt_states.clear()
+        self.left.clear()
 
     def report(self, kind: TroubleKind, node_id: int, words: str) -> None:
         """Note trouble, unless nobody is enabled; each once, and no more than a person will read."""
@@ -91,6 +98,8 @@ class Watch:
                 return
             self.emergencies.append(emergency)
             axis.emergency = emergency if emergency.code else None
+            if emergency.code == EmergencyCode.HEARTBEAT_LOST:  # which ends NMT operational (1029:1)
+                self.left.setdefault(axis.node_id, describe_code(emergency.code))
             if emergency.code:
                 self.report(TroubleKind.FAULT, axis.node_id, describe_code(emergency.code))
 
@@ -102,12 +111,16 @@ class Watch:
             if heartbeat is None:
                 self._counts.malformed += 1
                 return
+            before = self.nmt_states.get(axis.node_id)
             self.nmt_states[axis.node_id] = heartbeat.state
-            if heartbeat.state is NmtState.BOOT_UP:
-                self.report(TroubleKind.FAULT, axis.node_id, "restarted")
-            elif heartbeat.state is not NmtState.OPERATIONAL:
-                state = heartbeat.state.name.lower().replace("_", "-")
-                self.report(TroubleKind.FAULT, axis.node_id, f"left NMT operational: it is {state}")
+            if heartbeat.state is NmtState.OPERATIONAL:
+                return
+            state = heartbeat.state.name.lower().replace("_", "-")
+            is_restart = heartbeat.state is NmtState.BOOT_UP
+            if is_restart or before is NmtState.OPERATIONAL:  # a first heartbeat may be older than the start
+                self.left.setdefault(axis.node_id, "restarted" if is_restart else f"is {state}")
+            words = "restarted" if is_restart else f"left NMT operational: it is {state}"
+            self.report(TroubleKind.FAULT, axis.node_id, words)
 
         return hear
 

@@ -1,14 +1,16 @@
 """Real-time set-up, as far as the machine allows it: under load it decides whether cycles are on time.
 
 Each step is best effort: done, or refused with the machine's reason, and never fatal. Python's garbage collector is
-kept out by `torquerig.garbage`.
+kept out by `torquerig.garbage`, and what that did is told here too.
 """
 
 import ctypes
+import gc
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from enum import Enum
 from typing import Final, NamedTuple
 
 PR_SET_TIMERSLACK: Final = 29  # linux/prctl.h
@@ -50,12 +52,20 @@ class RealTimeSetup:
         return f"{done}; refused: {refused}" if refused else done
 
 
+class Processor(Enum):
+    """Which of the processors that a process may use a thread keeps to: two that talk to each other need one each."""
+
+    FIRST = 0
+    LAST = -1
+
+
 @contextmanager
-def real_time(priority: int) -> Iterator[RealTimeSetup]:
+def real_time(priority: int, processor: Processor = Processor.LAST) -> Iterator[RealTimeSetup]:
     """Run what is inside in real time as far as that is allowed; it needs root, or capabilities or limits of its own.
 
     Args:
         priority: Of SCHED_FIFO, 1 to 99; 0 asks for nothing at all.
+        processor: Which one to keep to.
 
     Yields:
         What was done, and what was refused.
@@ -75,6 +85,8 @@ def real_time(priority: int) -> Iterator[RealTimeSetup]:
                     "memory lock (CAP_IPC_LOCK or a memlock limit allows it)", "memory locked", lambda: _lock(undo)
                 ),
                 _attempt("timer slack", f"timer slack {LEAST_SLACK_NS} ns", lambda: _sharpen(undo)),
+                _attempt("affinity", f"kept to the {processor.name.lower()} processor", lambda: _pin(processor, undo)),
+                _attempt("collector", "collector frozen", _see_frozen),
             )
         )
 
@@ -105,6 +117,26 @@ def _sharpen(undo: ExitStack) -> None:
     library = ctypes.CDLL(None, use_errno=True)
     _checked(library.prctl(PR_SET_TIMERSLACK, LEAST_SLACK_NS))
     undo.callback(library.prctl, PR_SET_TIMERSLACK, USUAL_SLACK)
+
+
+def _pin(processor: Processor, undo: ExitStack) -> None:
+    """Keep to one processor, whose caches then stay warm.
+
+    Only with SCHED_FIFO: a thread of ordinary scheduling would wait there for others while the next one stands idle.
+    """
+    allowed = os.sched_getaffinity(0)
+    if len(allowed) == 1:
+        raise OSError(0, "only one processor may be used")
+    if os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK != os.SCHED_FIFO:
+        raise OSError(0, "without SCHED_FIFO it would wait behind others there")
+    os.sched_setaffinity(0, {sorted(allowed)[processor.value]})
+    undo.callback(os.sched_setaffinity, 0, allowed)
+
+
+def _see_frozen() -> None:
+    """See that a collection would look at nothing that existed before."""
+    if not gc.get_freeze_count():
+        raise OSError(0, "whoever asked for real time has not frozen it")
 
 
 def _checked(result: int) -> None:

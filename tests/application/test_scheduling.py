@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from torquerig.garbage import frozen_heap, no_collections
-from torquerig.scheduling import RealTimeSetup, Step, real_time
+from torquerig.scheduling import Processor, RealTimeSetup, Step, real_time
 
 
 def test_priority_zero_asks_for_nothing():
@@ -30,17 +30,46 @@ def locked_kib():
 def test_what_is_got_is_told_and_given_back():
     before = os.sched_getscheduler(0)
     usual_ns = slack_ns()
+    processors = os.sched_getaffinity(0)
     with real_time(5) as setup:
-        fifo, memory, slack = setup.steps
+        fifo, memory, slack, affinity, collector = setup.steps
         is_fifo = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
         assert fifo.done == is_fifo
         assert memory.done == (locked_kib() > 0)
         assert slack.done
         assert is_fifo or slack_ns() == 1  # the kernel shows none for real-time threads
         assert ("SCHED_FIFO, priority 5" in str(setup)) == is_fifo
+        assert affinity.done == (is_fifo and len(processors) > 1)
+        assert os.sched_getaffinity(0) == ({max(processors)} if affinity.done else processors)
+        assert not collector.done
     assert os.sched_getscheduler(0) == before
     assert locked_kib() == 0
     assert slack_ns() == usual_ns
+    assert os.sched_getaffinity(0) == processors
+
+
+def test_two_that_talk_to_each_other_keep_to_one_processor_each(monkeypatch):
+    chosen = []
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {2, 5, 7})
+    monkeypatch.setattr(os, "sched_setaffinity", lambda _pid, processors: chosen.append(processors))
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None)
+    monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_FIFO)
+    for processor in Processor:
+        with real_time(5, processor):
+            pass
+    assert chosen == [{2}, {2, 5, 7}, {7}, {2, 5, 7}]
+
+
+def test_nothing_is_pinned_that_would_wait_behind_others(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {0, 1})
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None)
+    with real_time(5) as setup:
+        assert "affinity (without SCHED_FIFO it would wait behind others there)" in str(setup)
+
+
+def test_a_frozen_collector_is_told_as_a_step():
+    with no_collections(), real_time(5) as setup:
+        assert setup.steps[-1] == Step("collector", done=True, words="collector frozen")
 
 
 def test_a_refusal_is_told_and_not_fatal(monkeypatch):

@@ -74,8 +74,12 @@ def test_master_and_siblings_are_watched():
     assert dict(settings)["1028:1"] == 0x81
     assert dict(settings)["1028:2"] == 0x80000000
     assert dict(settings)["1028:3"] == 0x83
-    assert dict(settings)["2120:1"] == 3
     assert dict(settings)["2120:2"] == 1
+
+
+@pytest.mark.parametrize(("periods", "multiple"), [(3, 3), (5, 5), (4000, 255)])
+def test_sync_may_be_missing_for_the_watchdogs_periods_as_far_as_eight_bits_go(periods, multiple):
+    assert dict(plan(settings=GroupSettings(watchdog_periods=periods)))["2120:1"] == multiple
 
 
 @pytest.mark.parametrize(

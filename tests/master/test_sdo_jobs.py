@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from torquerig.driver.errors import NoAnswer
@@ -50,7 +51,18 @@ def test_the_spacing_between_transfers_leaves_the_bus_to_others(rig, service):
 
     service.run({1: job()}, Patience(spacing_ns=2 * MS))
     asked = [at for at, frame in rig.bus.log if frame.data == ASK_1000]
-    assert asked[2] - asked[1] == asked[1] - asked[0] == 2 * MS + 150_000
+    assert asked[2] - asked[1] == asked[1] - asked[0] == 2 * MS
+
+
+def test_the_spacing_holds_between_transfers_of_all_drives(rig, service):
+    def job():
+        for _ in range(2):
+            yield Upload(0x1000)
+
+    service.run({1: job(), 2: job(), 3: job()}, Patience(spacing_ns=2 * MS))
+    asked = [(at, frame.can_id) for at, frame in rig.bus.log if frame.data == ASK_1000]
+    assert np.diff([at for at, _ in asked]).tolist() == [2 * MS] * 5
+    assert [can_id for _, can_id in asked] == [0x601, 0x602, 0x603] * 2
 
 
 def test_an_abort_is_thrown_into_the_job_which_may_go_on(service):

@@ -79,11 +79,13 @@ class EnabledRotors(NamedTuple):
         Yields:
             Nothing.
         """
-        pump = self.group.session.pump
+        pump, exchange = self.group.session.pump, self.group.session.exchange
         pump.bus = bus
+        exchange.open_port()
         try:
             yield
         finally:
+            exchange.close_port()
             self.bus.go_on(bus.now_ns())
             pump.bus = self.bus
 

@@ -188,7 +188,7 @@ class LoopsOwn:
         controller = self._controller
         state = controller.observe(sample)
         controller.limits.check_state(controller.model, state, desired)
-        controller.limits.clip(controller.law.torque(state, desired), self._command)
+        controller.limits.clip(controller.torque(state, desired), self._command)
         return self._command
 
 

@@ -19,8 +19,7 @@ from torquerig.configuration import Configuration, load_configuration
 from torquerig.control.errors import ControlError
 from torquerig.control.log import LoopLog
 from torquerig.control.tracking import overruns
-from torquerig.driver.errors import ProfileError, TorqueRigError
-from torquerig.driver.master.profile import DEFAULT_PROFILE, PROFILES
+from torquerig.driver.errors import TorqueRigError
 from torquerig.errors import RigError
 from torquerig.experiment import run_experiment
 
@@ -32,9 +31,6 @@ PATIENCE_S: Final = 1.0
 WITHOUT_LIMIT: Final = ("joint_speed", "position_error", "torque_stop")
 NO_LIMIT: Final = 1e9
 """A sample that came late is to be counted too; what its joint rates are taken for does not matter to a simulator."""
-SYNC_LOSS: Final = 'object = "2120:1", value = 3'
-PATIENT_SYNC_LOSS: Final = 'object = "2120:1", value = 255'
-"""In the drives' profile: the most periods without SYNC that the object can hold."""
 ENDING_S: Final = 10.0
 CYCLICTEST: Final = "cyclictest"
 SAME_PRIORITY: Final = 10  # `loop.fifo_priority` of the shipped configuration
@@ -153,24 +149,22 @@ def measure(
     with tempfile.TemporaryDirectory(prefix="torquerig-") as folder:
         bus = url or f"unix:{folder}/bus"
         rows, scheduling = [], ""
-        profile = patient_profile(Path(folder))
         for rate_hz in rates_hz:
             tell(f"{rate_hz:g} Hz, {seconds:g} s")
             with _simulated_drives(bus, Path(folder)):
-                row, words = _run(configuration_at(bus, rate_hz, seconds, profile))
+                row, words = _run(configuration_at(bus, rate_hz, seconds))
                 scheduling = words or scheduling
             rows.append(replace(row, cyclictest_us=cyclictest(rate_hz, seconds)))
         return LoopTimes(bus=url or "unix:", seconds=seconds, scheduling=scheduling, rates=tuple(rows))
 
 
-def configuration_at(bus: str, rate_hz: float, seconds: float, profile: Path) -> Configuration:
+def configuration_at(bus: str, rate_hz: float, seconds: float) -> Configuration:
     """The configuration of a run, also at rates that no CAN of 1 Mbit/s carries.
 
     Args:
         bus: Its URL.
         rate_hz: Cycles a second.
         seconds: Of standing still after the motion [s].
-        profile: Of the drives.
     """
     options: dict[str, object] = {
         "bus.url": bus,
@@ -178,23 +172,12 @@ def configuration_at(bus: str, rate_hz: float, seconds: float, profile: Path) ->
         "loop.command_after": "computed",
         "approach.hold_after": seconds,
         "master.heartbeat_limit": PATIENCE_S,
-        **{f"axes.{leg}.profile": str(profile) for leg in (1, 2, 3)},
     }
     checked = load_configuration(None, options, origin="benchmark")
     loop = checked.rig.loop.model_copy(update={"rate_hz": rate_hz})
     master = checked.rig.master.model_copy(update={"watchdog_periods": round(PATIENCE_S * rate_hz)})
     limits = checked.rig.limits.model_copy(update=dict.fromkeys(WITHOUT_LIMIT, NO_LIMIT))
     return replace(checked, rig=checked.rig.model_copy(update={"loop": loop, "master": master, "limits": limits}))
-
-
-def patient_profile(folder: Path) -> Path:
-    """The profile of the simulated drives, but patient with a SYNC that does not come; a file in a folder."""
-    text = (PROFILES / f"{DEFAULT_PROFILE}.toml").read_text(encoding="utf-8")
-    if SYNC_LOSS not in text:
-        raise ProfileError(f"the profile {DEFAULT_PROFILE} no longer says {SYNC_LOSS!r}")
-    file = folder / "patient.toml"
-    file.write_text(text.replace(SYNC_LOSS, PATIENT_SYNC_LOSS), encoding="utf-8")
-    return file
 
 
 def cyclictest(rate_hz: float, seconds: float) -> TimerTimes | None:

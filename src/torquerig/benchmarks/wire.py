@@ -9,11 +9,9 @@ from typing import Any, Final
 
 from torquerig.benchmarks.enabled import enabled_rotors
 from torquerig.benchmarks.harness import Turn, take_turns
+from torquerig.benchmarks.wire_answered import AnsweredBus
 from torquerig.benchmarks.wire_contestants import TORQUE, Canopen, Contestant, Floor, Ours, PythonCan
 from torquerig.benchmarks.wire_places import DRIVES, Peer, Place, place_of
-from torquerig.driver.bus.interface import Tap
-from torquerig.driver.wire import cob
-from torquerig.driver.wire.frame import Frame
 
 PERIOD_NS: Final = 100_000_000
 """Of the group, though cycles follow each other as they can: a drive has half of it to answer in."""
@@ -91,15 +89,8 @@ def measure(url: str = "unix:", *, turns: int, turn_s: float) -> WireCost:
 @contextmanager
 def _ours(place: Place) -> Iterator[tuple[Ours, int]]:
     """A group on the bus, enabled with simulated drives, whose part the peer then takes over; and its counts."""
-
-    def tap_of(peer: Peer) -> Tap:
-        def tap(_at_ns: int, frame: Frame) -> None:
-            if frame.can_id == cob.SYNC:
-                peer.answer()
-
-        return tap
-
-    bus, peer = place.ours(tap_of)
+    opened, peer = place.ours()
+    bus = AnsweredBus(opened, peer)
     try:
         with enabled_rotors(len(DRIVES), period_ns=PERIOD_NS, now_ns=bus.now_ns()) as rotors, rotors.moved_to(bus):
             scale = rotors.group.axes[0].scale

@@ -3,9 +3,11 @@
 The peer answers in the contestant's own thread, and its time is taken out, so that work is compared, not wake-ups.
 """
 
+import itertools
 import select
 import socket
 import struct
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +17,11 @@ from typing import Final, Protocol
 import can
 from can.interfaces.socketcan import SocketcanBus
 
+from torquerig.benchmarks.wire_pair import PairedCanBus, PairedKernelCanBus
+from torquerig.driver.bus import unix_folder
 from torquerig.driver.bus.clock import RealClock
 from torquerig.driver.bus.interface import Bus, Tap
-from torquerig.driver.bus.kernel_can import KernelCanBus
+from torquerig.driver.bus.unix_packet import HEADER, LONGEST, MAGIC
 from torquerig.driver.bus.url import open_bus, open_python_can
 from torquerig.driver.errors import BusUrlError
 from torquerig.driver.wire import cob
@@ -28,7 +32,6 @@ CAN_FRAME: Final = struct.Struct("=IB3x8s")  # struct can_frame of linux/can.h
 TPDO: Final = struct.Struct("<Hih")  # statusword, position, actual torque
 RPDO: Final = struct.Struct("<Hh")  # controlword, target torque
 STATUSWORD: Final = 0x1237  # operation enabled, target used
-SO_TIMESTAMPNS: Final = 35  # asm-generic/socket.h
 PAIR: Final = "pair"
 """The code for the kernel's CAN over a pair of Unix sockets, for machines whose kernel has none."""
 UNIX: Final = "unix"
@@ -92,12 +95,8 @@ class Place(Protocol):
         """A python-can bus, and its peer."""
         ...
 
-    def ours(self, tap: Callable[[Peer], Tap]) -> tuple[Bus, Peer]:
-        """A bus of ours, and its peer.
-
-        Args:
-            tap: Makes the tap, once the peer is there.
-        """
+    def ours(self, tap: Tap | None = None) -> tuple[Bus, Peer]:
+        """A bus of ours that tells a tap, and its peer."""
         ...
 
 
@@ -117,11 +116,12 @@ class UnixPlace:
         peer = open_python_can(url, bitrate=BIT_RATE)
         return open_python_can(url, bitrate=BIT_RATE), _python_can_peer(peer)
 
-    def ours(self, tap: Callable[[Peer], Tap]) -> tuple[Bus, Peer]:
+    def ours(self, tap: Tap | None = None) -> tuple[Bus, Peer]:
         """As `torquerig run --bus unix:` opens it."""
         url = self._url("ours")
-        peer = _python_can_peer(open_python_can(url, bitrate=BIT_RATE))
-        return open_bus(url, bitrate=BIT_RATE, tap=tap(peer), spin_ns=0), peer
+        member = unix_folder.join(url.partition(":")[2])
+        bus = open_bus(url, bitrate=BIT_RATE, tap=tap, spin_ns=0)
+        return bus, _unix_peer(member)
 
     def _url(self, name: str) -> str:
         number = sum(1 for _ in self.folder.iterdir()) if self.folder.exists() else 0
@@ -140,10 +140,11 @@ class PairPlace:
         ours, peer = self.bare()
         return PairedCanBus(ours), peer
 
-    def ours(self, tap: Callable[[Peer], Tap]) -> tuple[Bus, Peer]:
-        """Our bus for the kernel's CAN on one of a pair."""
-        bus, peer = self.python_can()
-        return KernelCanBus(bus, RealClock(0), tap(peer)), peer
+    def ours(self, tap: Tap | None = None) -> tuple[Bus, Peer]:
+        """Our bus for the kernel's CAN on one of a pair, or rather two: a cycle's port has a socket of its own."""
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        bus = PairedKernelCanBus(PairedCanBus(ours), RealClock(0), tap)
+        return bus, _socket_peer(theirs, bus.process_data)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,10 +163,10 @@ class SocketcanPlace:
         """python-can's SocketCAN bus."""
         return self._open(), self._peer()
 
-    def ours(self, tap: Callable[[Peer], Tap]) -> tuple[Bus, Peer]:
+    def ours(self, tap: Tap | None = None) -> tuple[Bus, Peer]:
         """As `torquerig run --bus socketcan:` opens it."""
         peer = self._peer()
-        return open_bus(f"socketcan:{self.interface}", bitrate=BIT_RATE, tap=tap(peer), spin_ns=0), peer
+        return open_bus(f"socketcan:{self.interface}", bitrate=BIT_RATE, tap=tap, spin_ns=0), peer
 
     def _open(self) -> SocketcanBus:
         opened = open_python_can(f"socketcan:{self.interface}", bitrate=BIT_RATE)
@@ -174,23 +175,6 @@ class SocketcanPlace:
 
     def _peer(self) -> Peer:
         return _python_can_peer(self._open())
-
-
-class PairedCanBus(SocketcanBus):
-    """python-can's SocketCAN bus on a socket that is one of a pair."""
-
-    def __init__(self, ours: socket.socket) -> None:
-        """Take the socket, and ask for timestamps as python-can does."""
-        ours.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
-        self.socket = ours
-        self.channel = "pair"
-        self.channel_info = "a pair of Unix sockets"
-        self._bcm_sockets = {}
-        self._is_filtered = True
-        can.BusABC.__init__(self, channel="pair")
-
-    def _apply_filters(self, filters: object) -> None:
-        """There is nobody else to be filtered out."""
 
 
 def place_of(url: str, folder: Path) -> Place:
@@ -218,12 +202,13 @@ def _bare_pair(kind: socket.SocketKind) -> tuple[socket.socket, Peer]:
     return ours, _socket_peer(theirs)
 
 
-def _socket_peer(theirs: socket.socket) -> Peer:
-    """A peer on a socket that carries `struct can_frame`."""
+def _socket_peer(theirs: socket.socket, process_data: Callable[[], socket.socket | None] = lambda: None) -> Peer:
+    """A peer on a socket that carries `struct can_frame`, and on a second one where process data have their own."""
     room = bytearray(CAN_FRAME.size)
 
     def send(can_id: int, data: bytes) -> None:
-        theirs.send(CAN_FRAME.pack(can_id, len(data), data))
+        own = process_data() if can_id - cob.TPDO[1] in DRIVES else None
+        (own or theirs).send(CAN_FRAME.pack(can_id, len(data), data))
 
     def take() -> tuple[int, bytes] | None:
         if not select.select((theirs,), (), (), 0)[0]:
@@ -233,6 +218,29 @@ def _socket_peer(theirs: socket.socket) -> Peer:
         return can_id, data[:length]
 
     return Peer(send, take, theirs.close)
+
+
+def _unix_peer(member: unix_folder.Place) -> Peer:
+    """A peer on the unix bus without python-can, which would leave less of the processor's caches to ours."""
+    theirs, _ = member.door.accept()
+    theirs.settimeout(0.0)
+    sequence = itertools.count()
+
+    def send(can_id: int, data: bytes) -> None:
+        theirs.send(HEADER.pack(MAGIC, 0, len(data), can_id, next(sequence), time.monotonic_ns()) + data)
+
+    def take() -> tuple[int, bytes] | None:
+        try:
+            packet = theirs.recv(LONGEST)
+        except BlockingIOError:
+            return None
+        return HEADER.unpack_from(packet)[3], packet[HEADER.size :]
+
+    def close() -> None:
+        theirs.close()
+        member.leave()
+
+    return Peer(send, take, close)
 
 
 def _python_can_peer(theirs: can.BusABC) -> Peer:

@@ -1,0 +1,26 @@
+"""`struct can_frame` of linux/can.h, in the machine's byte order."""
+
+import struct
+from typing import Final
+
+from torquerig.driver.wire.frame import Frame
+
+FRAME: Final = struct.Struct("=IB3x8s")  # can_id and flags, length, data
+EXTENDED: Final = 0x8000_0000
+REMOTE: Final = 0x4000_0000
+ERROR: Final = 0x2000_0000
+BASE_ID: Final = 0x7FF
+EXTENDED_ID: Final = 0x1FFF_FFFF
+
+
+def pack_frame(room: bytearray, frame: Frame) -> None:
+    """Write a checked frame."""
+    can_id = frame.can_id | (EXTENDED if frame.extended else 0) | (REMOTE if frame.remote else 0)
+    FRAME.pack_into(room, 0, can_id, len(frame.data), frame.data)
+
+
+def frame_from(can_id: int, data: bytes) -> Frame:
+    """Return the frame of an identifier with its flags, and data of its length."""
+    extended, remote = bool(can_id & EXTENDED), bool(can_id & REMOTE)
+    identifier = can_id & (EXTENDED_ID if extended else BASE_ID)
+    return Frame(identifier, bytes(len(data)) if remote else data, remote, extended)
