@@ -4,9 +4,9 @@ if __name__ == "driver":
     raise ImportError("import torquerig.driver: this folder is part of torquerig, not a package of its own")
 
 from torquerig.driver.bus.url import open_bus
-from torquerig.driver.master.exchange import RawSample
-from torquerig.driver.master.group import AxisGroup, AxisSample
+from torquerig.driver.master.group import AxisGroup
 from torquerig.driver.master.profile import DriveProfile, load_profile
+from torquerig.driver.master.samples import AxisSample, RawSample
 from torquerig.driver.master.scale import AxisSettings
 from torquerig.driver.master.scan import ScannedNode, scan
 from torquerig.driver.master.settings import GroupSettings

@@ -25,6 +25,7 @@ from torquerig.driver.bus.python_can import PythonCanBus
 from torquerig.driver.bus.slcan import SlcanBus
 from torquerig.driver.bus.socketcan import check_interface
 from torquerig.driver.bus.unix import UnixBus
+from torquerig.driver.bus.unix_member import UnixMemberBus
 from torquerig.driver.errors import BusUrlError
 
 LOCKSTEP: Final = "lockstep"
@@ -70,6 +71,8 @@ def open_bus(
     clock = RealClock(spin_ns)
     if isinstance(opened, SocketcanBus):
         return KernelCanBus(opened, clock, tap, spin_ns=spin_ns)
+    if isinstance(opened, UnixBus):
+        return UnixMemberBus(opened, clock, tap, spin_ns=spin_ns)
     return PythonCanBus(opened, clock, tap, spin_ns=spin_ns)
 
 

@@ -1,17 +1,19 @@
-"""A plan tried on the simulated wire: nodes that only answer SYNC, and a master that only commands."""
+"""A plan tried on simulated wires: nodes that only answer SYNC, and a master that only commands."""
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Final, NamedTuple
 
-from torquerig.busload import Plan, group_frames
+from torquerig.busload import ANSWER_S, Plan, group_frames
 from torquerig.device_sim.devices import NEVER_NS, Emission, SimulatedDevices
 from torquerig.device_sim.network import SimulatedNetwork
+from torquerig.device_sim.wires import SimulatedWires
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Frame
 from torquerig.driver.wire.sync import SYNC_FRAME
 
-ANSWER_NS: Final = 20_000
-"""A drive has its TPDO ready so long after SYNC (`drive.sample` of the shipped configuration)."""
 NS_PER_S: Final = 10**9
+ANSWER_NS: Final = round(ANSWER_S * NS_PER_S)
 
 
 class Answerer:
@@ -59,7 +61,7 @@ class Trial(NamedTuple):
 
 
 def attempt(plan: Plan, cycles: int = 200) -> Trial:
-    """Try a plan on the fullest bus: RPDOs go out when the last TPDO is there, or half a period after SYNC.
+    """Try a plan: RPDOs go out when the last TPDO of all buses is there, or half a period after SYNC.
 
     Args:
         plan: The plan; heartbeats and slow TPDOs are left out.
@@ -70,16 +72,19 @@ def attempt(plan: Plan, cycles: int = 200) -> Trial:
 
 class _Attempt:
     def __init__(self, plan: Plan) -> None:
-        drives = range(1, plan.drives_on_fullest + 1)
-        self._tpdos = len(drives)
+        self._tpdos = plan.drives
         self._period_ns = round(NS_PER_S / plan.rate_hz)
-        if plan.group_rpdo:
-            commands = [(0x200, length) for length in group_frames(len(drives))]
-        else:
-            commands = [(cob.RPDO[1] + node_id, plan.rpdo_bytes) for node_id in drives]
-        self._commands = [Frame(can_id, bytes(length)) for can_id, length in commands]
-        nodes = [Answerer(node_id, plan.tpdo_bytes) for node_id in drives]
-        self._network = SimulatedNetwork(SimulatedDevices(nodes), plan.bit_rate, self._hear)
+        spread = [range(place, plan.drives + 1, plan.buses) for place in range(1, plan.buses + 1)]
+        self._commands = [_commands(plan, drives) for drives in spread]
+        networks = [
+            SimulatedNetwork(
+                SimulatedDevices(Answerer(node_id, plan.tpdo_bytes) for node_id in drives),
+                plan.bit_rate,
+                partial(self._hear, len(drives), commands),
+            )
+            for drives, commands in zip(spread, self._commands, strict=True)
+        ]
+        self._wires = SimulatedWires(networks)
         self._said = self._heard = self._commanded = 0
         self._rpdo_end_ns = 0
 
@@ -87,39 +92,56 @@ class _Attempt:
         late, tpdos, rpdos = 0, [0], [0]
         for cycle in range(1, cycles + 1):
             due_ns = cycle * self._period_ns
-            while self._network.run_until(due_ns) is not None:
+            while self._arrivals(due_ns):
                 pass
             late += self._commanded > 0
-            self._submit(SYNC_FRAME)
+            self._submit([[SYNC_FRAME]] * len(self._commands))
             tpdo_ns = self._await_tpdos(due_ns + self._period_ns // 2)
             if tpdo_ns is not None:
                 tpdos.append(tpdo_ns - due_ns)
-            for frame in self._commands:
-                self._submit(frame)
-            self._commanded += len(self._commands)
-            while self._commanded and self._network.now_ns() < due_ns + self._period_ns:
-                self._network.run_until(min(self._network.now_ns() + ANSWER_NS, due_ns + self._period_ns))
+            self._submit(self._commands)
+            self._commanded += sum(map(len, self._commands))
+            while self._commanded and self._wires.now_ns() < due_ns + self._period_ns:
+                self._arrivals(min(self._wires.now_ns() + ANSWER_NS, due_ns + self._period_ns))
             if not self._commanded:
                 rpdos.append(self._rpdo_end_ns - due_ns)
         waiting = self._said - self._heard
         return Trial(cycles, late, max(tpdos) / 1000 or None, max(rpdos) / 1000 or None, waiting)
 
-    def _submit(self, frame: Frame) -> None:
-        self._said += 1
-        self._network.submit(frame)
+    def _submit(self, frames: Sequence[Sequence[Frame]]) -> None:
+        """Put frames into the send queue of each wire."""
+        for end, ours in zip(self._wires.ends, frames, strict=True):
+            self._said += len(ours)
+            for frame in ours:
+                end.submit(frame)
+
+    def _arrivals(self, until_ns: int) -> int:
+        """Advance to the first frames that come no later than a time; how many those are."""
+        if not self._wires.advance(until_ns):
+            return 0
+        return sum(len(list(iter(partial(end.run_until, 0), None))) for end in self._wires.ends)
 
     def _await_tpdos(self, until_ns: int) -> int | None:
         """When the last TPDO of this cycle was through [ns]; None if it was not until the deadline."""
-        for _ in range(self._tpdos):
-            arrival = self._network.run_until(until_ns)
-            if arrival is None:
+        missing = self._tpdos
+        while missing > 0:
+            came = self._arrivals(until_ns)
+            if not came:
                 return None
-        return self._network.now_ns()
+            missing -= came
+        return self._wires.now_ns()
 
-    def _hear(self, at_ns: int, frame: Frame) -> None:
+    def _hear(self, answers: int, commands: Sequence[Frame], at_ns: int, frame: Frame) -> None:
         if frame.can_id == cob.SYNC:
-            self._said += self._tpdos
+            self._said += answers
         self._heard += 1
-        if frame in self._commands:
+        if frame in commands:
             self._commanded -= 1
             self._rpdo_end_ns = at_ns
+
+
+def _commands(plan: Plan, drives: Sequence[int]) -> list[Frame]:
+    """The RPDOs of a cycle on the bus of some drives."""
+    if plan.group_rpdo:
+        return [Frame(cob.GROUP_RPDO, bytes(length)) for length in group_frames(plan.drives)]
+    return [Frame(cob.RPDO[1] + node_id, bytes(plan.rpdo_bytes)) for node_id in drives]

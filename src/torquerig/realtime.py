@@ -4,64 +4,40 @@ The devices' time is the bus clock less an origin. It never runs ahead of a fram
 frames are taken by the times at which they were complete, so that no watchdog trips for want of a frame that is there.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Final
+from typing import Final, Protocol
 
-from torquerig.device_sim.arbitration import SendQueues
-from torquerig.device_sim.devices import Emission, SimulatedDevices
+from torquerig.device_sim.arbitration import SendQueues, Waiting
+from torquerig.device_sim.devices import Emission
+from torquerig.driver.bus.echoes import EchoFilter
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import BusError
 from torquerig.driver.wire.frame import Arrival, Frame
-
-ECHO_PATIENCE_NS: Final = 100_000_000
-"""A bus that gives own frames back does so within this time of the first one."""
 
 WAKE_NS: Final = 200_000
 """A little more than a process takes to wake up. Events in the devices happen at their exact times however late they
 are computed, so those of this span are computed together; a frame that is ready within it goes out at once."""
 
-OUTSTANDING: Final = 512
-"""So many own frames at most are waited for: a bus that loses some must not make the memory grow."""
 
+class Devices(Protocol):
+    """Simulated devices under one time, as `SimulatedDevices` are."""
 
-class EchoFilter:
-    """Tells own frames that a bus gives back from frames of others.
+    def next_event_ns(self) -> int:
+        """When something happens next without a frame."""
+        ...
 
-    Whether a bus does is learnt from the first frame sent; until then both are possible.
-    """
+    def advance(self, to_ns: int) -> list[Emission]:
+        """Let everything happen that is due at or before the time."""
+        ...
 
-    def __init__(self) -> None:
-        """Know nothing yet."""
-        self._outstanding: deque[Frame] = deque(maxlen=OUTSTANDING)
-        self._decide_by_ns: int | None = None
-        self._decided = False
-        self._echoes = False
+    def intervene(self, node_id: int, at_ns: int, act: Callable[[int], None]) -> list[Emission]:
+        """Do something to a node that no frame does."""
+        ...
 
-    @property
-    def outstanding(self) -> int:
-        """How many own frames may still come back."""
-        return len(self._outstanding)
-
-    def sent(self, frame: Frame, now_ns: int) -> None:
-        """Take note of an own frame."""
-        if self._decide_by_ns is None:
-            self._decide_by_ns = now_ns + ECHO_PATIENCE_NS
-        if self._echoes or not self._decided:
-            self._outstanding.append(frame)
-
-    def is_echo(self, arrival: Arrival) -> bool:
-        """Whether a frame that arrived is an own one that comes back."""
-        if not self._decided and self._decide_by_ns is not None and arrival.at_ns > self._decide_by_ns:
-            self._decided = True
-            self._outstanding.clear()
-        try:
-            self._outstanding.remove(arrival.frame)
-        except ValueError:
-            return False
-        self._echoes = self._decided = True
-        return True
+    def receive(self, frame: Frame, at_ns: int, sender: int | None = None) -> list[Emission]:
+        """Let every node but the sender hear a frame."""
+        ...
 
 
 class RealTimeDevices:
@@ -71,7 +47,7 @@ class RealTimeDevices:
         lost: Frames that the bus did not take, as when the link is down for a while, or that found no room to wait.
     """
 
-    def __init__(self, bus: Bus, devices: SimulatedDevices, wake_ns: int = WAKE_NS) -> None:
+    def __init__(self, bus: Bus, devices: Devices, wake_ns: int = WAKE_NS) -> None:
         """Join the devices to a bus; their time 0 is now.
 
         Args:
@@ -139,14 +115,20 @@ class RealTimeDevices:
             BusError: The bus is gone.
         """
         due_ns = min(until_ns, self._devices.next_event_ns() + self._wake_ns, self._queues.ready_ns())
-        arrival = self._bus.receive(self._origin_ns + due_ns)
-        if arrival is None:
+        if not self._heard(self._origin_ns + due_ns):
             # the frames that came before due_ns are all taken; what came since is next, so time goes no further
             self._latest_ns = max(self._latest_ns, due_ns)
             self._queue(self._devices.advance(self._latest_ns))
-        elif not self._echoes.is_echo(arrival):
-            self._hear(arrival)
         self._send_ready()
+
+    def _heard(self, until_ns: int) -> bool:
+        """Take the next frame; False when none came until a time of the bus."""
+        arrival = self._bus.receive(until_ns)
+        if arrival is None:
+            return False
+        if not self._echoes.is_echo(arrival):
+            self._hear(arrival)
+        return True
 
     def _hear(self, arrival: Arrival) -> None:
         """Give a frame to the devices at its own time, or now if they are further already."""
@@ -170,9 +152,12 @@ class RealTimeDevices:
                 break
             waiting = self._queues.take(soon_ns)
             try:
-                self._bus.send(waiting.frame)
+                self._send(waiting)
             except BusError:
                 self.lost += 1  # as a real drive's frame is when nobody acknowledges it
-                continue
-            self._echoes.sent(waiting.frame, self._origin_ns + self._latest_ns)
-            self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))
+
+    def _send(self, waiting: Waiting) -> None:
+        """Send a frame to the bus, and to the siblings of its sender."""
+        self._bus.send(waiting.frame)
+        self._echoes.sent(waiting.frame, self._origin_ns + self._latest_ns)
+        self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))

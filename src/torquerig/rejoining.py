@@ -5,6 +5,7 @@ from typing import Final
 
 from torquerig.driver.bus.clock import RealClock
 from torquerig.driver.bus.interface import Bus
+from torquerig.driver.bus.merged import Waitable
 from torquerig.driver.errors import BusError, LinkLost, TorqueRigError
 from torquerig.driver.wire.frame import Arrival, Frame
 
@@ -18,12 +19,13 @@ class RejoiningBus:
     While it is gone, sending fails and receiving brings nothing, but both in time.
     """
 
-    def __init__(self, join: Callable[[], Bus], tell: Callable[[str], None]) -> None:
+    def __init__(self, join: Callable[[], Bus], tell: Callable[[str], None], *, rest_ns: int = 0) -> None:
         """Join the bus.
 
         Args:
             join: Opens the bus; in real time, so that every one it opens has the same clock.
             tell: Is told in a sentence when the bus goes and when it is back.
+            rest_ns: How long after a vain attempt no other is made, for who looks at the bus again and again [ns].
 
         Raises:
             BusUrlError, BusError: It cannot be joined the first time.
@@ -31,6 +33,8 @@ class RejoiningBus:
         self._join = join
         self._tell = tell
         self._clock = RealClock(spin_ns=0)
+        self._rest_ns = rest_ns
+        self._again_ns = 0  # when to try next, while the bus is gone
         self._bus: Bus | None = join()
 
     def now_ns(self) -> int:
@@ -69,6 +73,10 @@ class RejoiningBus:
             except BusError as error:
                 self._leave(error)
 
+    def fileno(self) -> int:
+        """Return a descriptor that is readable whenever a frame waits; -1 while the bus is gone, or has none."""
+        return self._bus.fileno() if isinstance(self._bus, Waitable) else -1
+
     def close(self) -> None:
         """Leave the bus; may be called again."""
         if self._bus is not None:
@@ -82,10 +90,19 @@ class RejoiningBus:
 
     def _rejoined(self, until_ns: int) -> Bus | None:
         """Return the bus if it is back; else wait a moment, no longer than asked for."""
-        try:
-            self._bus = self._join()
-        except TorqueRigError:
+        self._bus = self._attempt()
+        if self._bus is None:
             self._clock.wait_until(min(until_ns, self.now_ns() + RETRY_NS))
             return None
         self._tell("the bus is back")
         return self._bus
+
+    def _attempt(self) -> Bus | None:
+        """Join the bus, unless that failed just now; None when it cannot be."""
+        if self.now_ns() < self._again_ns:
+            return None
+        try:
+            return self._join()
+        except TorqueRigError:
+            self._again_ns = self.now_ns() + self._rest_ns
+            return None

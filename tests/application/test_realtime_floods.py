@@ -4,8 +4,9 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from torquerig.device_sim.devices import NEVER_NS, Emission, SimulatedDevices
+from torquerig.driver.bus.echoes import OUTSTANDING, EchoFilter
 from torquerig.driver.wire.frame import Arrival, Frame
-from torquerig.realtime import OUTSTANDING, EchoFilter, RealTimeDevices
+from torquerig.realtime import RealTimeDevices
 
 MS = 1_000_000
 STOP = Frame(0x000, b"\x81\x00")

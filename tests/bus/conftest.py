@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,8 @@ from torquerig.device_sim.network import SimulatedNetwork
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.url import open_bus
 from torquerig.driver.wire.frame import Frame
+
+sys.path.insert(0, str(Path(__file__).parent))  # cyclic_bench
 
 PATIENCE_NS = 20 * 10**9  # real time on a shared machine: order and content are asserted, never speed
 _numbers = itertools.count()

@@ -1,13 +1,14 @@
 """`torquerig busload`: what fits on a bus."""
 
 import json
+from collections import Counter
 
 import click
 from rich.console import Console
 from rich.table import Table
 
 from torquerig.bus_trial import Trial, attempt
-from torquerig.busload import HIGHEST_LOAD, RPDO_BYTES, SHORT_TPDO_BYTES, TPDO_BYTES, Budget, Plan, budget
+from torquerig.busload import HIGHEST_LOAD, RPDO_BYTES, SHORT_TPDO_BYTES, TPDO_BYTES, Budget, Plan, budget, budgets
 
 
 @click.command("busload")
@@ -59,7 +60,13 @@ def _as_json(taken: Budget, trial: Trial) -> dict[str, object]:
         "load": taken.load,
         "fits": taken.fits,
         "fastest_hz": taken.fastest_hz,
+        "roomy_hz": taken.roomy_hz,
+        "answered_hz": taken.answered_hz,
         "limit_hz": taken.limit_hz,
+        "each_bus": [
+            {"drives": drives, "cyclic_load": each.cyclic_load, "load": each.load}
+            for drives, each in zip(taken.plan.spread, budgets(taken.plan), strict=True)
+        ],
         "trial": trial._asdict(),
     }
 
@@ -82,26 +89,36 @@ def _print(taken: Budget, trial: Trial) -> None:
         table.add_row(row.name, f"{row.data_bytes}", f"{row.bits}", f"{row.per_second:.0f}", f"{load:.1f}")
     table.add_row("all", "", f"{taken.cycle_bits:.0f} a cycle", "", f"{100 * taken.load:.1f}")
     console.print(table)
+    if plan.buses > 1:
+        loads = Counter((drives, each.load) for drives, each in zip(plan.spread, budgets(plan), strict=True))
+        words = [f"{many} with {drives} drives {100 * load:.1f} %" for (drives, load), many in loads.items()]
+        console.print(f"Load of the buses: {'; '.join(words)}.", soft_wrap=True)
     tpdo_us, rpdo_us = taken.tpdo_ns / 1000, taken.rpdo_ns / 1000
     console.print(
         f"SYNC to last TPDO {tpdo_us:.0f} µs, RPDOs {rpdo_us:.0f} µs on an otherwise idle bus.", soft_wrap=True
     )
     console.print(
-        f"{_verdict(taken)}: up to {taken.fastest_hz:.0f} Hz leave {100 * (1 - HIGHEST_LOAD):.0f} % for heartbeats,"
-        f" SDO and EMCY; at {taken.limit_hz:.0f} Hz the bus is full.",
+        f"{_verdict(taken)}: up to {taken.roomy_hz:.0f} Hz leave {100 * (1 - HIGHEST_LOAD):.0f} % for heartbeats,"
+        f" SDO and EMCY, up to {taken.answered_hz:.0f} Hz bring every TPDO within half a period, for which the driver"
+        f" waits; at {taken.limit_hz:.0f} Hz the bus is full.",
         soft_wrap=True,
     )
-    console.print(_tried(trial), soft_wrap=True)
+    console.print(_tried(trial, plan.buses), soft_wrap=True)
 
 
 def _verdict(taken: Budget) -> str:
     if taken.fits:
         return "It fits"
-    return "It does not fit" if taken.cyclic_load > 1 else "It fits, without room to spare"
+    if taken.cyclic_load > 1 or taken.plan.rate_hz > taken.answered_hz:
+        return "It does not fit"
+    return "It fits, without room to spare"
 
 
-def _tried(trial: Trial) -> str:
-    words = f"On the simulated wire {trial.late} of {trial.cycles} cycles were late"
+def _tried(trial: Trial, buses: int) -> str:
+    wires = "wire" if buses == 1 else "wires"
+    words = f"On the simulated {wires} {trial.late} of {trial.cycles} cycles were late"
+    if trial.tpdo_us is None:
+        words += ", in none were all TPDOs there within half a period"
     if trial.waiting:
         return f"{words}, and {trial.waiting} frames still waited at the end."
     return f"{words}; the last RPDO was through {trial.rpdo_us or 0:.0f} µs after SYNC was due, at worst."

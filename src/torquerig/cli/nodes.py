@@ -1,14 +1,17 @@
-"""`torquerig nodes`: who is on a bus, and what each did not take from it."""
+"""`torquerig nodes`: who is on a bus, or on each bus of a rig, and what each did not take from it."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 
 import click
 
 from torquerig.assembly import open_rig
 from torquerig.axes import profile_of
-from torquerig.cli.options import a_bus_option, config_option, configure
+from torquerig.buses import bus_urls, words_for
+from torquerig.cli.options import a_bus_option, config_option, configure_on_bus
 from torquerig.configuration import Configuration
+from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import NoAnswer
 from torquerig.driver.master.objects import DriveObjects
 from torquerig.driver.master.profile import load_profile
@@ -28,18 +31,28 @@ Refusals = Mapping[int, Mapping[str, int] | None]
 @a_bus_option
 @config_option
 @click.option("--counters", is_flag=True, help="Print also what each node did not take from the bus since power-on.")
-def command(bus: str, config_file: Path | None, *, counters: bool) -> None:
-    """Scan a bus: node-id, state, identity and device name of each node."""
-    configuration = configure(config_file, bus=bus)
+def command(bus: str | None, config_file: Path | None, *, counters: bool) -> None:
+    """Scan a bus, or each of several: node-id, state, identity and device name of each node."""
+    configuration = configure_on_bus(config_file, bus)
+    urls = bus_urls(configuration.rig)
     with open_rig(configuration) as rig:
-        pump = Pump(rig.bus)
-        nodes = scan_with(pump)
-        refusals = _ask(pump, nodes, configuration) if counters and nodes else {}
-    if not nodes:
-        raise NoAnswer(f"no node answers on {bus}: none of the node-ids 1 to 127 within 0.2 s each")
-    click.echo("\n".join(_table([HEADINGS, *map(_row, nodes)])))
-    if counters:
-        click.echo("\n".join(["", *_counter_lines(refusals), _own_line(pump.counts)]))
+        lines = [list(_scanned(member, configuration, counters=counters)) for member in rig.members]
+    if not any(lines):
+        where = words_for(urls)
+        raise NoAnswer(f"no node answers on {where}: none of the node-ids 1 to 127 within 0.2 s each")
+    if len(urls) > 1:
+        lines = [[f"{url}:", *(found or ["no node answers"]), ""] for url, found in zip(urls, lines, strict=True)]
+    click.echo("\n".join(chain.from_iterable(lines)).rstrip())
+
+
+def _scanned(bus: Bus, configuration: Configuration, *, counters: bool) -> Iterator[str]:
+    """What there is to say of the nodes on a bus, line by line; nothing when there are none."""
+    pump = Pump(bus)
+    nodes = scan_with(pump)
+    if nodes:
+        yield from _table([HEADINGS, *map(_row, nodes)])
+        if counters:
+            yield from ("", *_counter_lines(_ask(pump, nodes, configuration)), _own_line(pump.counts))
 
 
 def _ask(pump: Pump, nodes: Sequence[ScannedNode], configuration: Configuration) -> Refusals:

@@ -9,7 +9,7 @@ import click
 
 from torquerig.assembly import open_rig
 from torquerig.axes import profile_of
-from torquerig.cli.options import a_bus_option, config_option, configure
+from torquerig.cli.options import a_bus_option, config_option, configure_on_bus
 from torquerig.configuration import Configuration
 from torquerig.driver.master.objects import DriveObjects, Value
 from torquerig.driver.master.profile import ObjectAddress, load_profile, parse_address
@@ -44,9 +44,9 @@ def command() -> None:
 @config_option
 @click.argument("node", type=click.IntRange(1, 127))
 @click.argument("index", metavar="INDEX[:SUB]")
-def read(bus: str, config_file: Path | None, node: int, index: str) -> None:
+def read(bus: str | None, config_file: Path | None, node: int, index: str) -> None:
     """Print the value of an object."""
-    configuration = configure(config_file, bus=bus)
+    configuration = configure_on_bus(config_file, bus)
     address = _address(index)
     with _conversation(configuration, node) as drive:
         value = drive.service.run({node: drive.objects.read(*address)})[node]
@@ -59,9 +59,9 @@ def read(bus: str, config_file: Path | None, node: int, index: str) -> None:
 @click.argument("node", type=click.IntRange(1, 127))
 @click.argument("index", metavar="INDEX[:SUB]")
 @click.argument("value")
-def write(bus: str, config_file: Path | None, node: int, index: str, value: str) -> None:
+def write(bus: str | None, config_file: Path | None, node: int, index: str, value: str) -> None:
     """Write an object, and print what it holds then. VALUE is a number (0x for hexadecimal) or a text."""
-    configuration = configure(config_file, bus=bus)
+    configuration = configure_on_bus(config_file, bus)
     address = _address(index)
     with _conversation(configuration, node) as drive:
         try:

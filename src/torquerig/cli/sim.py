@@ -7,6 +7,7 @@ import click
 
 from torquerig.assembly import Build, build_simulation
 from torquerig.bench import build_bench
+from torquerig.buses import bus_urls, words_for
 from torquerig.cli.options import config_option, configure, plant_option, record_option
 from torquerig.driver.bus.url import SLCAN_ADAPTER
 from torquerig.simulator import simulate
@@ -14,7 +15,11 @@ from torquerig.stopping import Stopped
 
 
 @click.command("sim")
-@click.option("--bus", metavar="URL", help="unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can.")
+@click.option(
+    "--bus",
+    metavar="URL",
+    help="unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can; else bus.url of --config.",
+)
 @click.option(
     "--slcan",
     metavar="LINK",
@@ -42,13 +47,15 @@ def command(
 
     The record holds the true torques and states of the machine, and every frame.
     """
-    if (bus is None) == (slcan is None):
+    if (bus is None and config_file is None) if slcan is None else (bus is not None):
         raise click.UsageError("give either --bus URL or --slcan LINK")
-    configuration = configure(config_file, bus=bus or f"{SLCAN_ADAPTER}:{slcan}", plant=plant)
+    configuration = configure(config_file, bus=bus if slcan is None else f"{SLCAN_ADAPTER}:{slcan}", plant=plant)
     rig = configuration.rig
 
     def place() -> str:
-        return rig.bus.url if slcan is None else f"the serial port {slcan}, which is {Path(slcan).resolve()}"
+        if slcan is None:
+            return words_for(bus_urls(rig))
+        return f"the serial port {slcan}, which is {Path(slcan).resolve()}"
 
     node_ids = ", ".join(str(axis.node_id) for axis in rig.axes.legs)
     machine = f"plant {rig.simulator.plant}"
