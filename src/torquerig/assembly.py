@@ -5,8 +5,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from torquerig import schema
-from torquerig.building import manipulator
+from torquerig import schema_machines
+from torquerig.axes import profile_of
+from torquerig.building import period_ns
+from torquerig.buses import FrameLog, bus_urls, homes_of, is_simulated
 from torquerig.configuration import Configuration
 from torquerig.device_sim.canopen.core import NodeTiming
 from torquerig.device_sim.devices import SimulatedDevices
@@ -14,12 +16,17 @@ from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.drive.parameters import DriveParameters
 from torquerig.device_sim.machine import Machine
 from torquerig.device_sim.network import SimulatedNetwork
-from torquerig.device_sim.plant import Friction, PlanarManipulatorMachine, TruthLog, TruthRows
+from torquerig.device_sim.plant import TruthLog, TruthRows
 from torquerig.device_sim.plant.installation import Installation, InstalledMachine
 from torquerig.device_sim.plant.locked import LockedRotors
 from torquerig.driver.bus.interface import Bus, Tap
-from torquerig.driver.bus.url import open_bus
+from torquerig.driver.bus.patient import PatientBus
+from torquerig.driver.bus.several import SeveralBuses
+from torquerig.driver.bus.url import LOCKSTEP, open_bus
+from torquerig.driver.wire import cob
+from torquerig.machines import SimulatedMachine, machine_of
 from torquerig.schema import Rig as Settings
+from torquerig.several_buses import PatientTaps, devices_by_bus, open_real_time, open_wires
 
 
 class Simulation(NamedTuple):
@@ -30,7 +37,7 @@ class Simulation(NamedTuple):
         devices: The drives on it, and what else is on their bus.
     """
 
-    machine: PlanarManipulatorMachine | LockedRotors
+    machine: SimulatedMachine | LockedRotors
     devices: SimulatedDevices
 
 
@@ -55,6 +62,12 @@ class Rig:
         """Whether the drives are simulated in this process, in simulated time."""
         return self.simulation is not None
 
+    @property
+    def members(self) -> tuple[Bus, ...]:
+        """Each bus of the rig on its own, in the order of `bus_urls`."""
+        behind = self.bus.patient_with if isinstance(self.bus, PatientBus) else self.bus
+        return behind.members if isinstance(behind, SeveralBuses) else (self.bus,)
+
     def truth(self) -> TruthRows | None:
         """What the simulated machine really did so far; None where nobody knows."""
         if self.simulation is None or self.simulation.machine.log is None:
@@ -73,14 +86,8 @@ def build_simulation(settings: Settings, truth: TruthLog | None) -> Simulation:
         Both, at time 0, the drives about to be switched on.
     """
     plant = settings.plant[settings.simulator.plant]
-    machine = PlanarManipulatorMachine(
-        manipulator(settings.model, plant),
-        Friction(plant.coulomb, plant.breakaway),
-        lag=plant.current_lag,
-        position=settings.simulator.stands_at or settings.model.home,
-        step_ns=nanoseconds(settings.simulator.step),
-        log=truth,
-    )
+    position = settings.simulator.stands_at or settings.model.home
+    machine = machine_of(settings, plant, position=position, truth=truth)
     return Simulation(machine, SimulatedDevices(simulated_drives(settings, machine)))
 
 
@@ -113,7 +120,7 @@ def node_timing(settings: Settings) -> NodeTiming:
     )
 
 
-def _installation(wiring: schema.Installation) -> Installation:
+def _installation(wiring: schema_machines.Installation) -> Installation:
     """How the drives are connected; legs count from 0 there."""
     m1, m2, m3 = (leg - 1 for leg in wiring.motors)
     e1, e2, e3 = (leg - 1 for leg in wiring.encoders)
@@ -123,12 +130,14 @@ def _installation(wiring: schema.Installation) -> Installation:
 
 
 @contextmanager
-def open_rig(configuration: Configuration, tap: Tap | None = None, *, build: Build = build_simulation) -> Iterator[Rig]:
-    """Open the bus of `bus.url`, with simulated drives behind it if that is `lockstep:`.
+def open_rig(
+    configuration: Configuration, tap: Tap | FrameLog | None = None, *, build: Build = build_simulation
+) -> Iterator[Rig]:
+    """Open the bus of `bus.url`, with simulated drives behind it if that is `lockstep:`; of several buses, all as one.
 
     Args:
         configuration: The configuration.
-        tap: Is told every frame.
+        tap: Is told every frame; where it keeps the frames of several buses apart, with its bus.
         build: Builds what `lockstep:` simulates.
 
     Yields:
@@ -141,16 +150,51 @@ def open_rig(configuration: Configuration, tap: Tap | None = None, *, build: Bui
     settings = configuration.rig
     simulation: list[Simulation] = []
 
-    def wire() -> SimulatedNetwork:
-        simulation.append(build(settings, TruthLog()))
-        return SimulatedNetwork(simulation[0].devices, settings.bus.bitrate)
+    def simulate() -> SimulatedDevices:
+        simulation.append(build(configuration.simulated, TruthLog()))
+        return simulation[0].devices
 
-    spin_ns = nanoseconds(settings.loop.spin)
-    bus = open_bus(settings.bus.url, bitrate=settings.bus.bitrate, tap=tap, wire=wire, spin_ns=spin_ns)
+    bus = _open(settings, tap, simulate) if len(bus_urls(settings)) == 1 else _open_several(settings, tap, simulate)
     try:
         yield Rig(bus, simulation[0] if simulation else None)
     finally:
         bus.close()
+
+
+def _open(settings: Settings, log: Tap | FrameLog | None, simulate: Callable[[], SimulatedDevices]) -> Bus:
+    """The bus of a rig that has one."""
+    bitrate, spin_ns = settings.bus.bitrate, nanoseconds(settings.loop.spin)
+    tap = log.tap_of(0) if isinstance(log, FrameLog) else log
+
+    def wire() -> SimulatedNetwork:
+        return SimulatedNetwork(simulate(), bitrate)
+
+    is_patient = settings.bus.patience > 0 and settings.bus.url.partition(":")[0] != LOCKSTEP
+    inner_tap = None if is_patient else tap
+    bus = open_bus(settings.bus.url, bitrate=bitrate, tap=inner_tap, wire=wire, spin_ns=spin_ns)
+    return _patient(bus, settings, tap) if is_patient else bus
+
+
+def _open_several(settings: Settings, log: Tap | FrameLog | None, simulate: Callable[[], SimulatedDevices]) -> Bus:
+    """The buses of a rig that has several, as one."""
+    urls, homes, bitrate = bus_urls(settings), homes_of(settings), settings.bus.bitrate
+
+    def tap_of(place: int) -> Tap | None:
+        return log.tap_of(place) if isinstance(log, FrameLog) else log
+
+    if is_simulated(settings.bus.url):
+        return open_wires(devices_by_bus(simulate(), homes, len(urls)), homes, bitrate, tap_of)
+    taps = PatientTaps(tap_of)
+    several = open_real_time(urls, homes, bitrate, taps.of, spin_ns=nanoseconds(settings.loop.spin))
+    taps.bus = _patient(several, settings, None) if settings.bus.patience else None
+    return taps.bus or several
+
+
+def _patient(bus: Bus, settings: Settings, tap: Tap | None) -> PatientBus:
+    """The bus of a controller that waits for the answer of every drive, from when a quarter of the period is over."""
+    answers = frozenset(cob.TPDO[profile_of(axis).tpdos[0].number] + axis.node_id for axis in settings.axes.legs)
+    patience_ns = nanoseconds(settings.bus.patience)
+    return PatientBus(bus, answers, within_ns=period_ns(settings) // 4, patience_ns=patience_ns, tap=tap)
 
 
 def nanoseconds(seconds: float) -> int:

@@ -9,7 +9,8 @@ from torquerig.control.laws import law_named
 from torquerig.control.limits import Limits
 from torquerig.control.loop import Controller, Pace
 from torquerig.mechanism import Link, Manipulator
-from torquerig.schema import Links, Model, Rig
+from torquerig.schema import Rig
+from torquerig.schema_machines import Links, Model
 
 MICROSECONDS_PER_SECOND = 1_000_000
 THESIS_RATE_HZ = 250.0

@@ -3,7 +3,7 @@
 import copy
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +14,8 @@ from torquerig.calibrated import read_calibration
 from torquerig.complaints import complaint
 from torquerig.consistency import check
 from torquerig.errors import ConfigurationError
-from torquerig.schema import CIRCLE, CORNER, Rig
+from torquerig.schema import Rig
+from torquerig.schema_values import CIRCLE, CORNER
 from torquerig.toml_text import Place, places
 
 DEFAULT: Final = "default"
@@ -47,13 +48,18 @@ class Configuration:
 
     Attributes:
         rig: The values.
+        simulated: The values without those of a calibration: what is true of what is simulated does not follow what
+            was measured of it.
         settings: Every value with its source, in the shipped file's order.
         calibration: The calibration that was read; None for none.
+        provenance: Its tables of provenance: on which drives it was measured.
     """
 
     rig: Rig
+    simulated: Rig
     settings: tuple[Setting, ...]
     calibration: Path | None = None
+    provenance: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def as_tables(self) -> dict[str, Any]:
         """The configuration as nested tables, as TOML and JSON write it."""
@@ -86,16 +92,19 @@ def load_configuration(
         _locate_trajectory(own, Path(path).parent)
         _merge(tables, own)
         sources |= _file_sources(Path(path), own, places(text))
-    calibration = _calibrate(tables, sources, None if path is None else Path(path), options or {})
+    uncalibrated = copy.deepcopy(tables)
+    calibration, provenance = _calibrate(tables, sources, None if path is None else Path(path), options or {})
     for key, value in (options or {}).items():
         _put(tables, key, value)
+        _put(uncalibrated, key, value)
         sources[key] = origin
     rig = _validate(tables, sources)
+    simulated = rig if calibration is None else _validate(uncalibrated, sources)
     settings = tuple(
         Setting(key, value, sources.get(key, DEFAULT), defaults.get(key), notes[key].comment if key in notes else "")
         for key, value in _leaves(tables)
     )
-    return Configuration(rig, settings, calibration)
+    return Configuration(rig, simulated, settings, calibration, provenance)
 
 
 def checked(tables: Mapping[str, Any]) -> Rig:
@@ -147,8 +156,8 @@ def _merge(tables: dict[str, Any], own: Mapping[str, Any]) -> None:
 
 def _calibrate(
     tables: dict[str, Any], sources: dict[str, str], path: Path | None, options: Mapping[str, object]
-) -> Path | None:
-    """Put the values of `calibration.file` over others, and say which it is; relative to the file that names it."""
+) -> tuple[Path | None, Mapping[str, Mapping[str, Any]]]:
+    """Put the values of `calibration.file` over others; which it is, relative to who names it, and its provenance."""
     named = options.get(CALIBRATION_KEY)
     place = Path()
     if named is None:
@@ -156,12 +165,12 @@ def _calibrate(
         named = table.get("file") if isinstance(table, dict) else None
         place = Path() if path is None else path.parent
     if not named or not isinstance(named, str):
-        return None
+        return None, {}
     calibration = read_calibration(place / named)
     for key, value in calibration.settings.items():
         _put(tables, key, value)
     sources |= calibration.sources
-    return place / named
+    return place / named, calibration.provenance
 
 
 def _put(tables: dict[str, Any], key: str, value: object) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
+from torquerig.buses import bus_urls, is_simulated, same_place
 from torquerig.busload import HIGHEST_LOAD, SHORT_TPDO_BYTES, TPDO_BYTES, Plan, budget
 from torquerig.complaints import suggestion
 from torquerig.control.estimators import load_estimators
@@ -80,20 +81,46 @@ def _timing(rig: Rig) -> Iterator[Problem]:
         )
 
 
+def _buses(rig: Rig) -> Iterator[Problem]:
+    """Buses that cannot be those of one rig."""
+    main, used = rig.bus.url, [axis.bus or rig.bus.url for axis in rig.axes.legs]
+    if main not in used:
+        yield Problem("bus.url", f"bus.url = {main!r} cannot be: no drive is there, since every axis names another bus")
+    named = {same_place(main): main}
+    for leg, url in enumerate(used, start=1):
+        key = f"axes.{leg}.bus"
+        if (name := named.setdefault(same_place(url), url)) != url:
+            yield Problem(key, f"{key} = {url!r} cannot be: it is {name!r} by another name, and a bus has one name")
+        if is_simulated(url) != is_simulated(main):
+            yield Problem(
+                key,
+                f"{key} = {url!r} cannot be beside bus.url = {main!r}: simulated time does not pass on a real bus, so"
+                " that either all buses are lockstep: or none is",
+            )
+
+
 def _load(rig: Rig) -> Iterator[Problem]:
-    """Cycles that the bus cannot carry beside heartbeats and SDOs."""
-    drives = len(rig.axes.legs)
-    shared = rig.loop.group_rpdo
-    rpdos = "one RPDO" if shared else f"{drives} RPDOs"
+    """Cycles that the bus, or the fullest of several, cannot carry beside heartbeats and SDOs, or not in time."""
+    shared, buses = rig.loop.group_rpdo, len(bus_urls(rig))
     tpdo_bytes = SHORT_TPDO_BYTES if shared else TPDO_BYTES
-    taken = budget(Plan(drives, rig.loop.rate_hz, rig.bus.bitrate, tpdo_bytes=tpdo_bytes, group_rpdo=shared))
-    if not taken.fits:
-        yield Problem(
-            "loop.rate_hz",
-            f"loop.rate_hz = {rig.loop.rate_hz:g} cannot be: SYNC, {drives} TPDOs and {rpdos} a cycle would load"
-            f" bus.bitrate = {rig.bus.bitrate} to {100 * taken.cyclic_load:.0f} %; at most"
-            f" {taken.fastest_hz:.0f} Hz ({100 * HIGHEST_LOAD:.0f} %) leave room for the rest",
-        )
+    legs, rate_hz, bitrate = len(rig.axes.legs), rig.loop.rate_hz, rig.bus.bitrate
+    plan = Plan(legs, rate_hz, bitrate, buses, tpdo_bytes=tpdo_bytes, group_rpdo=shared, answer_s=rig.latency.sample)
+    taken = budget(plan)
+    if taken.fits:
+        return
+    words = f"loop.rate_hz = {rate_hz:g} cannot be: "
+    if rate_hz > taken.roomy_hz:
+        drives = plan.drives_on_fullest
+        rpdos = "one RPDO" if shared else f"{drives} RPDOs"
+        words += f"SYNC, {drives} TPDOs and {rpdos} a cycle would load"
+        words += f" bus.bitrate = {bitrate} to {100 * taken.cyclic_load:.0f} %"
+        words += f"; at most {taken.roomy_hz:.0f} Hz ({100 * HIGHEST_LOAD:.0f} %) leave room for the rest"
+        if taken.answered_hz < taken.roomy_hz:
+            words += f", and at most {taken.answered_hz:.0f} Hz bring every TPDO within half a period"
+    else:
+        words += f"at bus.bitrate = {bitrate} the last TPDO comes {taken.answered_ns / 1e3:.0f} us after SYNC, and the"
+        words += f" driver waits half a period, {5e5 / rate_hz:.0f} us; at most {taken.fastest_hz:.0f} Hz"
+    yield Problem("loop.rate_hz", words)
 
 
 def _motions(rig: Rig) -> Iterator[Problem]:
@@ -161,6 +188,7 @@ def _installation(rig: Rig) -> Iterator[Problem]:
 _CHECKS: Final[tuple[Callable[[Rig], Iterator[Problem]], ...]] = (
     _names,
     _timing,
+    _buses,
     _load,
     _motions,
     _frictions,

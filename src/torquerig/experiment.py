@@ -1,7 +1,7 @@
 """One experiment: enable the drives, approach, run the motion, hold, disable; then the summary and the record."""
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -10,18 +10,23 @@ from numpy.typing import NDArray
 
 from torquerig import building
 from torquerig.assembly import Rig, open_rig
-from torquerig.axes import axis_settings, group_settings
+from torquerig.axes import axis_settings, group_settings, refuse_unheard
 from torquerig.configuration import Configuration
 from torquerig.control.log import LoopLog
 from torquerig.control.loop import Controller, Progress, run_loop
 from torquerig.control.reference import ReferenceTable
+from torquerig.delays import compensation
 from torquerig.driver.bus.interface import Bus
+from torquerig.driver.bus.patient import PatientBus
 from torquerig.driver.bus.python_can import PythonCanBus
-from torquerig.driver.master.group import AxisGroup, AxisSample
+from torquerig.driver.bus.several import SeveralBuses
+from torquerig.driver.master.group import AxisGroup
+from torquerig.driver.master.samples import AxisSample
 from torquerig.errors import RecordError
 from torquerig.garbage import no_collections
 from torquerig.mechanism import warm_up
 from torquerig.planning import join, plan_approach, plan_motion
+from torquerig.provenance import drives_of
 from torquerig.record import DONE, claim
 from torquerig.results import Results
 from torquerig.scheduling import real_time
@@ -124,9 +129,10 @@ def _keep(results: Results, place: Path | None, how_it_ended: str) -> None:
 
 def _run(results: Results, watcher: Watcher) -> LoopLog:
     """Open the bus, do everything, and keep what the simulator knows."""
+    refuse_unheard(axis_settings(results.configuration))
     watcher.phase("compiling")
     warm_up()
-    with open_rig(results.configuration, tap=results.bus_log.tap) as rig:
+    with open_rig(results.configuration, tap=results.bus_log) as rig:
         if not rig.is_simulated:
             results.epoch_ns = time.time_ns() - rig.bus.now_ns()
         try:
@@ -138,7 +144,7 @@ def _run(results: Results, watcher: Watcher) -> LoopLog:
 def _drive(rig: Rig, results: Results, watcher: Watcher) -> LoopLog:
     """Prepare all that can be prepared, then take the drives."""
     settings = results.configuration.rig
-    controller = building.controller(settings)
+    controller = replace(building.controller(settings), compensation=compensation(settings))
     axes = axis_settings(results.configuration)
     motion = plan_motion(settings, controller)
     rehearse(controller, motion)
@@ -150,9 +156,12 @@ def _drive(rig: Rig, results: Results, watcher: Watcher) -> LoopLog:
             results.real_time = scheduling.steps
             if not rig.is_simulated:
                 results.notes.append(f"The loop ran under {scheduling}.")
+            results.meet(drives_of(group, in_lockstep=rig.is_simulated))
             return _move(group, controller, motion, results, watcher)
     finally:
         results.counters = driver_counters(rig.bus, group)
+        if isinstance(rig.bus, PatientBus):
+            results.notes.append(f"Simulated time stood still for {1e-9 * rig.bus.stood_still_ns:.3g} s in all.")
 
 
 def _move(
@@ -166,6 +175,7 @@ def _move(
     start_x, start_y = motion.position[0].tolist()
     approach = plan_approach(settings, controller, stands_at, (start_x, start_y), breathe=lambda: group.wait(0.0))
     table = join([*approach, motion])
+    ahead = controller.compensation.ahead(controller.model, table, lambda: group.wait(0.0))
     log = LoopLog.for_table(table)
     watcher.prepare(f"{settings.loop.law}, {motion_in_words(settings.loop.motion)}", len(table))
     results.notes += group.enable()
@@ -178,6 +188,7 @@ def _move(
         stopwatch_ns=time.perf_counter_ns,
         pace=building.pace(settings),
         progress=Progress(watcher.cycles_done, max(1, len(table) // PROGRESS_CALLS)),
+        ahead=ahead,
     )
 
 
@@ -192,7 +203,10 @@ def _standing_position(group: AxisGroup, controller: Controller) -> tuple[float,
 def driver_counters(bus: Bus, group: AxisGroup) -> dict[str, dict[str, Any]]:
     """What the driver counted: frames of no use, what became of the cycles, and what went wrong on the bus."""
     counters = {"frames": asdict(group.pump_counts), "cycles": asdict(group.cycle_counts)}
-    if isinstance(bus, PythonCanBus):
+    if isinstance(bus, PatientBus):
+        counters["patience"] = {"stood_still_ns": bus.stood_still_ns}
+        bus = bus.patient_with
+    if isinstance(bus, PythonCanBus | SeveralBuses):
         counters["bus"] = bus.counts
     return counters
 
@@ -206,4 +220,4 @@ def rehearse(controller: Controller, table: ReferenceTable) -> None:
     """
     state = controller.observe(AxisSample(0, table.q[0], np.zeros(3), complete=True))
     controller.limits.check_state(controller.model, state, table.row(0))
-    controller.law.torque(state, table.row(0))
+    controller.torque(state, table.row(0))

@@ -11,7 +11,8 @@ from torquerig.control.profile import TrapezoidalAcceleration
 from torquerig.control.trajectory import Trajectory
 from torquerig.feasibility import Place, check_motion, check_points
 from torquerig.mechanism import Manipulator
-from torquerig.schema import CIRCLE, CORNER, Rig
+from torquerig.schema import Rig
+from torquerig.schema_values import CIRCLE, CORNER
 from torquerig.trajectory_file import read_trajectory
 
 CLOSED: Final = 1e-9

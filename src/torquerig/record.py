@@ -8,9 +8,10 @@ import json
 import math
 import os
 import platform
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
+from operator import itemgetter
 from pathlib import Path
 from struct import Struct
 from typing import Any, Final, Protocol
@@ -18,6 +19,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from torquerig.driver.bus.interface import Tap
 from torquerig.driver.wire.frame import Frame, worst_case_bits
 from torquerig.errors import RecordError
 
@@ -37,6 +39,8 @@ SIM: Final = "sim"
 _FRAME: Final = Struct("<qIBB8s")  # time [ns], identifier, flags, length, data
 _REMOTE: Final = 1
 _EXTENDED: Final = 2
+_PLACE_SHIFT: Final = 2  # the flags' upper bits tell which bus
+_PLACES: Final = 1 << 6
 _VERSIONED: Final = ("torquerig", "canopen", "numba", "numpy", "pyarrow", "python-can")
 
 
@@ -71,21 +75,47 @@ class BusLog:
 
     def __iter__(self) -> Iterator[tuple[int, Frame]]:
         """Iterate over the frames: when each was complete on the bus clock [ns], and the frame."""
+        for at_ns, _, frame in self.placed():
+            yield at_ns, frame
+
+    def placed(self) -> Iterator[tuple[int, int, Frame]]:
+        """Iterate over the frames with the place of their bus: when each was complete [ns], where, and the frame."""
         for at_ns, can_id, flags, length, data in _FRAME.iter_unpack(self._packed):
-            yield at_ns, Frame(can_id, data[:length], bool(flags & _REMOTE), bool(flags & _EXTENDED))
+            frame = Frame(can_id, data[:length], bool(flags & _REMOTE), bool(flags & _EXTENDED))
+            yield at_ns, flags >> _PLACE_SHIFT, frame
 
     def tap(self, at_ns: int, frame: Frame) -> None:
         """Keep one frame."""
         flags = frame.remote * _REMOTE | frame.extended * _EXTENDED
         self._packed += _FRAME.pack(at_ns, frame.can_id, flags, len(frame.data), frame.data)
 
-    def load(self, begin_ns: int, end_ns: int, bitrate: int) -> float:
-        """Share of a time span in which the bus was busy, if bit stuffing was at its worst.
+    def tap_of(self, place: int) -> Tap:
+        """What keeps the frames of one of several buses.
+
+        Args:
+            place: Which of them, from 0.
+
+        Raises:
+            ValueError: There are not so many.
+        """
+        if not 0 <= place < _PLACES:
+            raise ValueError(f"a log has room for {_PLACES} buses, not for number {place + 1}")
+        where = place << _PLACE_SHIFT
+
+        def tap(at_ns: int, frame: Frame) -> None:
+            flags = frame.remote * _REMOTE | frame.extended * _EXTENDED | where
+            self._packed += _FRAME.pack(at_ns, frame.can_id, flags, len(frame.data), frame.data)
+
+        return tap if place else self.tap
+
+    def load(self, begin_ns: int, end_ns: int, bitrate: int, place: int = 0) -> float:
+        """Share of a time span in which a bus was busy, if bit stuffing was at its worst.
 
         Args:
             begin_ns: Begin of the span on the bus clock.
             end_ns: Its end.
             bitrate: Bits per second of the bus.
+            place: Which of several buses.
 
         Returns:
             The share, 1.0 for a full bus; NaN for an empty span.
@@ -94,24 +124,28 @@ class BusLog:
             return math.nan
         bits = sum(
             worst_case_bits(0 if frame.remote else len(frame.data), extended=frame.extended)
-            for at_ns, frame in self
-            if begin_ns < at_ns <= end_ns
+            for at_ns, where, frame in self.placed()
+            if where == place and begin_ns < at_ns <= end_ns
         )
         return bits * 1e9 / (bitrate * (end_ns - begin_ns))
 
-    def write(self, path: Path, channel: str, epoch_ns: int = 0) -> None:
-        """Write the frames as `candump -L` does.
+    def write(self, path: Path, channel: str, epoch_ns: int = 0, others: Sequence[str] = ()) -> None:
+        """Write the frames as `candump -L` does, in the order of time.
+
+        In real time a frame may be handed out, and so kept, after one that was sent later.
 
         Args:
             path: The file.
             channel: Name of the bus, without blanks.
             epoch_ns: What the bus clock's zero is on the clock of the stamps.
+            others: Names of the other buses, in the order of their places.
 
         Raises:
             RecordError: If it cannot be written; then there is no file.
         """
         with _whole(path) as part, part.open("w", encoding="ascii", newline="\n") as file:
-            file.writelines(candump_line(at_ns + epoch_ns, channel, frame) for at_ns, frame in self)
+            names, frames = (channel, *others), sorted(self.placed(), key=itemgetter(0))
+            file.writelines(candump_line(at_ns + epoch_ns, names[place], frame) for at_ns, place, frame in frames)
 
 
 def candump_line(at_ns: int, channel: str, frame: Frame) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from torquerig.assembly import Simulation
+from torquerig.buses import bus_urls, words_for
 from torquerig.configuration import Configuration, load_configuration
 from torquerig.device_sim.drive import Injection, SimulatedDrive
 from torquerig.driver.errors import TorqueRigError
@@ -66,8 +67,18 @@ def truth_of(simulation: Simulation) -> Truth:
 
 
 def configuration_of(begin: Begin, url: str) -> Configuration:
-    """The configuration of a rig on a bus."""
-    return load_configuration(begin.config, begin.settings(url), origin=ORIGIN)
+    """The configuration of a rig on a bus.
+
+    Raises:
+        ConfigurationError: It cannot be used, or has several buses.
+    """
+    configuration = load_configuration(begin.config, begin.settings(url), origin=ORIGIN)
+    if len(urls := bus_urls(configuration.rig)) > 1:
+        raise ConfigurationError(
+            f"{ORIGIN} puts its drives on one bus, and axes.N.bus names {words_for(urls[1:])} beside it: leave that"
+            " out, or use `torquerig sim`"
+        )
+    return configuration
 
 
 class RigHost:

@@ -67,7 +67,7 @@ class LockstepRig:
         if begin.record is not None:
             self._record = begin_record(configuration, begin.record)
         log = self._record.truth if self._record else truth_log(configuration)
-        self._simulation = build_simulation(settings, log)
+        self._simulation = build_simulation(configuration.simulated, log)
         self._network = SimulatedNetwork(self._simulation.devices, settings.bus.bitrate)
         tap = self._record.bus_log.tap if self._record else None
         self._bus = open_bus(url, bitrate=settings.bus.bitrate, tap=tap, wire=lambda: self._network)

@@ -4,36 +4,23 @@ The values themselves, their units and their sources stand in rig.toml, the ship
 so that no model has a default of its own.
 """
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-NodeId = Annotated[int, Field(ge=1, le=127)]
-Milliseconds = Annotated[float, Field(ge=1e-3, le=60)]
-FifoPriority = Annotated[int, Field(ge=0, le=99)]
-Delay = Annotated[float, Field(ge=0, le=1e-2)]
-Point = tuple[Finite, Finite]
-EachPositive = tuple[Positive, Positive, Positive]
-EachNotNegative = tuple[NotNegative, NotNegative, NotNegative]
-Branch = Literal[-1, 1]
-CIRCLE: Final = "circle"
-CORNER: Final = "corner"
-TrajectoryName = Annotated[
-    str, Field(pattern=r"(?i)\.csv$", description="the name of a trajectory file, which ends in .csv")
-]
-Signs = tuple[Branch, Branch, Branch]
-Leg = Literal[1, 2, 3]
-PulseCount = Annotated[int, Field(ge=4)]
-EachLeg = tuple[Leg, Leg, Leg]
-
-
-class Table(BaseModel):
-    """A table of the configuration: read only, without unknown keys, and with no conversion between types."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+from torquerig.schema_machines import Bench, Drive, Latency, Model, Plant, Simulator
+from torquerig.schema_values import (
+    Branch,
+    FifoPriority,
+    Finite,
+    Milliseconds,
+    NodeId,
+    NotNegative,
+    Point,
+    Positive,
+    Table,
+    TrajectoryName,
+)
 
 
 class Bus(Table):
@@ -41,6 +28,7 @@ class Bus(Table):
 
     url: Annotated[str, Field(min_length=1)]
     bitrate: Literal[10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000]
+    patience: Annotated[float, Field(ge=0, le=60)]
 
 
 class Loop(Table):
@@ -57,6 +45,8 @@ class Loop(Table):
     estimator: str
     friction_feedforward: Literal["law"] | bool
     stiction_feedforward: Annotated[float, Field(ge=0, le=1.63)]
+    coulomb_feedforward: bool
+    delay_compensation: bool
     spin: Annotated[float, Field(ge=0, le=1e-3)]
     fifo_priority: FifoPriority
 
@@ -167,6 +157,7 @@ class Axis(Table):
     encoder_counts: Annotated[int, Field(ge=4)]
     encoder_zero: Annotated[float, Field(ge=-7, le=7)]
     gear: Positive
+    bus: Annotated[str, Field(min_length=1)] | None = None
     eds: Annotated[str, Field(min_length=1)] | None = None
     torque_constant: Positive | None = None
 
@@ -184,94 +175,11 @@ class Axes(Table):
         return self.leg1, self.leg2, self.leg3
 
 
-class Links(Table):
-    """Masses of the six links, motor inertia and viscous friction."""
-
-    actuator_inertia: NotNegative
-    active_viscous: NotNegative
-    passive_viscous: NotNegative
-    proximal_mass: EachPositive
-    proximal_centre: EachPositive
-    proximal_inertia: EachPositive
-    distal_mass: EachPositive
-    distal_centre: EachPositive
-    distal_inertia: EachPositive
-
-
-class Model(Links):
-    """What the controller believes of the machine."""
-
-    link_length: Positive
-    bases: tuple[Point, Point, Point]
-    home: Point
-    branches: tuple[Branch, Branch, Branch]
-    gear_ratio: Positive
-
-
-class Plant(Links):
-    """A true machine for the simulator, in the model's geometry."""
-
-    coulomb: EachNotNegative
-    breakaway: EachNotNegative
-    torque_limit: Annotated[float, Field(gt=0, le=1.63)]
-    current_lag: Annotated[float, Field(ge=0, le=0.1)]
-
-
 class CalibrationFile(Table):
     """Where the values are that were calibrated."""
 
     file: str
-
-
-class Installation(Table):
-    """How the simulated machine is wired and coupled in truth, axis by axis."""
-
-    motors: EachLeg
-    encoders: EachLeg
-    torque_sign: Signs
-    encoder_sign: Signs
-    encoder_counts: tuple[PulseCount, PulseCount, PulseCount]
-    gear_factor: EachPositive
-    coupling: EachPositive
-
-
-class Simulator(Table):
-    """Which machine is simulated, and how finely."""
-
-    plant: str
-    step: Annotated[float, Field(gt=0, le=1e-4)]
-    record_period: Annotated[float, Field(ge=1e-4, le=1)]
-    fifo_priority: FifoPriority
-    stands_at: Point | None = None
-    installation: Installation
-
-
-class Drive(Table):
-    """The truth about the simulated drives."""
-
-    gain_positive: Positive
-    gain_negative: Positive
-    rated_torque: Annotated[float, Field(gt=0, le=1.63)]
-    boot: Annotated[float, Field(ge=0, le=10)]
-    answer: Delay
-    sample: Delay
-    reaction: Delay
-
-
-class Bench(Table):
-    """The torque calibration bench: a locked rotor against a torque transducer."""
-
-    node_id: NodeId
-    sign: Branch
-    stale: Annotated[float, Field(ge=1e-3, le=10)]
-    eds: Annotated[str, Field(min_length=1)] | None = None
-    friction: NotNegative
-    range: Positive
-    noise: NotNegative
-    offset: Finite
-    rate_hz: Annotated[float, Field(ge=1, le=10_000)]
-    fault: Literal["none", "dead", "saturated", "disconnected", "reversed"]
-    seed: Annotated[int, Field(ge=0)]
+    any_drives: bool
 
 
 class Rig(Table):
@@ -281,12 +189,13 @@ class Rig(Table):
     loop: Loop
     approach: Approach
     motion: Motions
-    laws: dict[str, Law] = {}
-    estimators: dict[str, dict[str, int | Finite]] = {}
+    laws: dict[str, Law] = Field(default_factory=dict)
+    estimators: dict[str, dict[str, int | Finite]] = Field(default_factory=dict)
     limits: Limits
     master: Master
     axes: Axes
     model: Model
+    latency: Latency
     calibration: CalibrationFile
     simulator: Simulator
     drive: Drive

@@ -1,6 +1,7 @@
 """The closed loop over the kernel's CAN: simulator and controller as two processes on vcan0, can-utils as witness.
 
-Real time on a shared machine: content is asserted, and the errors to 20 % of lockstep's where the cycles were on time.
+Both sides have patience, so that a shared machine's stalls do not decide: content is asserted, and the errors to 20 %
+of lockstep's.
 """
 
 from __future__ import annotations
@@ -21,8 +22,7 @@ from torquerig import load_configuration, run_experiment
 pytestmark = pytest.mark.vcan
 PATIENCE_S = 120.0
 LAWS = ("decoupled-pd", "coupled-pd", "augmented-pd", "computed-torque")
-NO_SPIN = "[loop]\nspin = 0.0\n"  # spinning starves a peer that shares the processor
-TRIES = 5
+PATIENT = "[bus]\npatience = 5.0\n[loop]\nspin = 0.0\n"  # spinning starves a peer that shares the processor
 AHEAD = ("chrt", "--fifo", "20")  # of run and sim, or frames are lost to those who look on
 
 
@@ -35,7 +35,7 @@ def torquerig(*arguments: object) -> subprocess.Popen[str]:
 def configuration(tmp_path_factory) -> Iterator[Path]:
     """A running simulator on vcan0, and the configuration that it has."""
     file = tmp_path_factory.mktemp("vcan") / "rig.toml"
-    file.write_text(NO_SPIN, encoding="utf-8")
+    file.write_text(PATIENT, encoding="utf-8")
     simulator = torquerig("sim", "--bus", "socketcan:vcan0", "--config", file)
     assert simulator.stdout is not None
     assert simulator.stdout.readline().startswith("simulated drives 1, 2, 3 on socketcan:vcan0")
@@ -51,19 +51,12 @@ def run(configuration: Path, *arguments: object) -> subprocess.CompletedProcess[
     return subprocess.CompletedProcess(process.args, process.returncode, output, errors)
 
 
-def run_on_time(configuration: Path, *arguments: object) -> dict:
-    """Run until the machine leaves a run in peace: fewer than one cycle in twenty late."""
-    for _ in range(TRIES):
-        done = run(configuration, *arguments)
-        if done.returncode == 0 and (summary := json.loads(done.stdout))["overruns"] * 20 < summary["cycles"]:
-            return summary
-    return pytest.fail(f"no run of {TRIES} was on time; the last: {done.stdout}{done.stderr}")
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_each_law_errs_on_vcan_as_in_lockstep(configuration, law):
     lockstep = run_experiment(load_configuration(options={"loop.law": law})).summary
-    on_vcan = run_on_time(configuration, "--law", law)
+    done = run(configuration, "--law", law)
+    assert done.returncode == 0, done.stderr
+    on_vcan = json.loads(done.stdout)
     assert on_vcan["position_rmse_mm"] == pytest.approx(lockstep.position_rmse_mm, rel=0.2)
     assert on_vcan["true_position_rmse_mm"] is None
 
@@ -95,14 +88,13 @@ def frames(log: str) -> list[str]:
 
 
 def test_candump_and_canbusload_see_what_the_run_says(configuration, tmp_path, witnesses):
-    records = [tmp_path / f"record-{k}" for k in range(TRIES)]
-    for record in records:
-        if run(configuration, "--repeat", "5", "--record", record).returncode == 0:
-            break
+    record = tmp_path / "record"
+    done = run(configuration, "--repeat", "5", "--record", record)
+    assert done.returncode == 0, done.stderr
     dump, load = witnesses()
     said = [frame for frame in frames((record / "bus.log").read_text(encoding="utf-8")) if frame.startswith("20")]
     seen = [frame for frame in frames(dump) if frame.startswith("20")]
-    assert len(said) > 3 * 200  # five motions of 50 cycles, the odd late one left out
+    assert len(said) >= 3 * json.loads(done.stdout)["cycles"]
     assert seen[-len(said) :] == said
     assert 5 < max(int(percent) for percent in re.findall(r"(\d+)%", load)) < 40
 

@@ -20,19 +20,11 @@ import pytest
 pytestmark = pytest.mark.vcan
 LINK = "vcan7"
 PATIENCE_S = 120.0
-TRIES = 5
-GRACE_NS = 1_500_000_000  # for the watchdogs' 0.5 s and the current loop's tail, of a process that may stand still
 ZERO_NM = 1e-9
-SLOW = """
-[loop]
-rate_hz = 50
-command_after = "computed"
-spin = 0.0
-
-[master]
-watchdog_periods = 25
-heartbeat_limit = 2.0
-"""  # spinning starves a peer that shares the processor, and the rate is not what is tested
+STALLS_S = 1.0
+GRACE_NS = round((STALLS_S + 0.5) * 1e9)  # patience, then the watchdogs' 12 ms, in processes that may stand still
+# a shared machine may stand still for longer than a watchdog waits, and spinning starves a peer on the same processor
+PATIENT = f"[bus]\npatience = {STALLS_S}\n[loop]\nspin = 0.0\n"
 
 
 class Loss(NamedTuple):
@@ -72,7 +64,7 @@ def torquerig(*arguments: object) -> subprocess.Popen[str]:
 def rig(tmp_path) -> Iterator[Rig]:
     add()
     configuration = tmp_path / "rig.toml"
-    configuration.write_text(SLOW, encoding="utf-8")
+    configuration.write_text(PATIENT, encoding="utf-8")
     record = tmp_path / "truth"
     simulator = torquerig("sim", "--bus", f"socketcan:{LINK}", "--config", configuration, "--record", record)
     try:
@@ -91,15 +83,14 @@ def run(rig: Rig, *arguments: object) -> subprocess.Popen[str]:
 
 
 def running_controller(rig: Rig) -> subprocess.Popen[str]:
-    """Start a long run, and wait until drive 1 is told to make torque; on a busy machine a run may end before."""
-    for _ in range(TRIES):
-        controller = run(rig, "--repeat", "1000")
-        with can.Bus(interface="socketcan", channel=LINK) as bus:
-            while controller.poll() is None:
-                message = bus.recv(1.0)
-                if message and message.arbitration_id == 0x201 and message.data[2:4] != b"\0\0":
-                    return controller
-    return pytest.fail(f"no run of {TRIES} came to a torque; the last: {controller.communicate()}")
+    """Start a long run, and wait until drive 1 is told to make torque."""
+    controller = run(rig, "--repeat", "1000")
+    with can.Bus(interface="socketcan", channel=LINK) as bus:
+        while controller.poll() is None:
+            message = bus.recv(1.0)
+            if message and message.arbitration_id == 0x201 and message.data[2:4] != b"\0\0":
+                return controller
+    return pytest.fail(f"the run came to no torque: {controller.communicate()}")
 
 
 @pytest.mark.parametrize("loss", [DOWN, DELETED], ids=["down", "deleted"])
@@ -112,14 +103,13 @@ def test_a_lost_link_ends_the_run_and_the_torque_and_the_next_run_finds_all_well
     assert "its link is down or gone" in errors.splitlines()[0]
     assert "Traceback" not in errors
 
-    time.sleep(3.0)
+    time.sleep(6.0)
     back_ns = time.time_ns()
     loss.restore()
-    for _ in range(TRIES):
-        again, errors = run(rig).communicate(timeout=PATIENCE_S)
-        if again:
-            break
-    assert json.loads(again)["cycles"] > 40, errors
+    again = run(rig)
+    output, errors = again.communicate(timeout=PATIENCE_S)
+    assert again.returncode == 0, errors
+    assert json.loads(output)["cycles"] > 40
 
     rig.simulator.send_signal(signal.SIGTERM)
     said, errors = rig.simulator.communicate(timeout=PATIENCE_S)
@@ -132,7 +122,9 @@ def test_a_lost_link_ends_the_run_and_the_torque_and_the_next_run_finds_all_well
 
 
 def assert_no_torque(record: Path, since_ns: int, until_ns: int) -> None:
-    zero_ns = json.loads((record / "run.json").read_text(encoding="utf-8"))["time_zero_ns"]
+    """The record's times lag behind the wall clock by no more than the simulator's time stood still."""
+    facts = json.loads((record / "run.json").read_text(encoding="utf-8"))
+    zero_ns, until_ns = facts["time_zero_ns"], until_ns - facts["stood_still_ns"]
     truth = pq.read_table(record / "truth.parquet").to_pydict()
     torques = zip(*(truth[f"motor_torque_{axis}"] for axis in "123"), strict=True)
     rows = [row for at_ns, row in zip(truth["at_ns"], torques, strict=True) if since_ns < at_ns + zero_ns < until_ns]
