@@ -13,7 +13,7 @@ from torquerig.errors import PictureError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, FigureBase
 
 INK: Final = "#1f2933"
 DESIRED: Final = "#9aa5b1"
@@ -53,20 +53,25 @@ def draw(log: LoopLog, title: str, path: Path, truth: NDArray[np.float64] | None
         PictureError: If the file cannot be written.
     """
     with drawing(title, path, (11, 7)) as figure:
-        grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
-        _path(figure.add_subplot(grid[:, 0]), log, truth)
-        times = time_ms(log)
-        position = figure.add_subplot(grid[0, 1])
-        _errors(position, times, 1e3 * (log.desired_position - log.position)[: log.rows], "Position error", "mm")
-        velocity = figure.add_subplot(grid[1, 1], sharex=position)
-        _errors(velocity, times, (log.desired_velocity - log.velocity)[: log.rows], "Velocity error", "m/s")
-        torque = figure.add_subplot(grid[2, 1], sharex=position)
-        _torques(torque, times, log)
-        for axes in (position, velocity, torque):
-            show_motion(axes, times, log)
-        position.tick_params(labelbottom=False)
-        velocity.tick_params(labelbottom=False)
-        torque.set_xlabel("time from the motion's start [ms]")
+        draw_on(figure, log, truth)
+
+
+def draw_on(figure: "FigureBase", log: LoopLog, truth: NDArray[np.float64] | None = None) -> None:
+    """Draw a run on a figure, or on a part of one; arguments as `draw`'s."""
+    grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.25))
+    _path(figure.add_subplot(grid[:, 0]), log, truth)
+    times = time_ms(log)
+    position = figure.add_subplot(grid[0, 1])
+    _errors(position, times, 1e3 * (log.desired_position - log.position)[: log.rows], "Position error", "mm")
+    velocity = figure.add_subplot(grid[1, 1], sharex=position)
+    _errors(velocity, times, (log.desired_velocity - log.velocity)[: log.rows], "Velocity error", "m/s")
+    torque = figure.add_subplot(grid[2, 1], sharex=position)
+    _torques(torque, times, log)
+    for axes in (position, velocity, torque):
+        show_motion(axes, times, log)
+    position.tick_params(labelbottom=False)
+    velocity.tick_params(labelbottom=False)
+    torque.set_xlabel("time from the motion's start [ms]")
 
 
 @contextmanager

@@ -78,6 +78,9 @@ def _of_summary(summary: Summary) -> Iterator[Figure]:
     yield Figure("late_cycles", "late cycles", summary.overruns, 0)
     yield Figure("bus_load", "bus load [1]", summary.bus_load)
     yield Figure("work_us", "work a cycle, median [µs]", summary.cycle_us.p50, 0)
+    yield Figure("law_us", "of it the law, median [µs]", summary.law_us, 0)
+    thesis_ms = math.nan if summary.thesis_ms is None else summary.thesis_ms
+    yield Figure("thesis_ms", "the law in the thesis [ms]", thesis_ms, 2)
 
 
 def _of_log(log: LoopLog) -> Iterator[Figure]:

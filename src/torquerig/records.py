@@ -15,6 +15,7 @@ from torquerig.control import log as loop_log
 from torquerig.control.log import LoopLog
 from torquerig.device_sim.plant import TruthRows
 from torquerig.errors import ConfigurationError, RecordError
+from torquerig.provenance import Drives, drives_told
 from torquerig.record import BUS_FILE, CYCLES_FILE, DONE, FORMAT, RUN_FILE, SIM, TRUTH_FILE
 from torquerig.scheduling import Step
 from torquerig.schema import Rig
@@ -45,6 +46,7 @@ class RecordedRun:
         log: The loop's cycles, on the record's clock; None where there was no loop.
         truth: What the simulated machine really did, on the record's clock; None where nobody knew.
         real_time: The steps of the real-time set-up; none in simulated time, and in older records.
+        drives: Who the drives were; None where nobody asked them, and in older records.
     """
 
     place: Path
@@ -62,6 +64,7 @@ class RecordedRun:
     log: LoopLog | None
     truth: TruthRows | None
     real_time: tuple[Step, ...] = ()
+    drives: Drives | None = None
 
     @property
     def is_done(self) -> bool:
@@ -163,6 +166,7 @@ def _recorded(place: Path, facts: Mapping[str, Any]) -> RecordedRun:
         log=_read_cycles(place, loop["start_ns"], loop["period_ns"]) if loop else None,
         truth=rows_of(_read_table(place / TRUTH_FILE, truth_units())) if has_truth else None,
         real_time=tuple(Step(**step) for step in facts.get("real_time", ())),
+        drives=drives_told(facts),
     )
 
 

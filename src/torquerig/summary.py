@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,7 +17,8 @@ from torquerig.control.tracking import (
     velocity_rmse,
     work_us,
 )
-from torquerig.timing import Timing, finite, timing_of
+from torquerig.json_numbers import finite
+from torquerig.timing import Timing, timing_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,8 @@ class Conditions:
         plant: Name of the simulated plant; None where it is not known.
         bus: The bus URL.
         rate_hz: Cycles a second.
+        thesis_ms: The law's running time on the thesis' computer [ms]; None for a law that the thesis does not have.
+        departures: In what the run departs from the thesis' experiment of its law and motion; none where it is that.
     """
 
     law: str
@@ -54,6 +57,8 @@ class Conditions:
     plant: str | None
     bus: str
     rate_hz: float
+    thesis_ms: float | None = None
+    departures: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +79,13 @@ class Summary:
         true_position_rmse_mm: From the simulator's own state [mm]; None on a real-time bus.
         peak_torque_nm: Greatest torque of a motor, as the drives report it: after their saturation [N·m].
         rms_torque_nm: Root mean square of the motors' torques, likewise [N·m].
-        bus_load: Share of the loop's time in which the bus was busy, bit stuffing at its worst.
+        bus_load: Share of the loop's time in which the bus was busy, bit stuffing at its worst; of several the most.
         cycle_us: Wall time of a cycle's own work [us], waiting not counted.
         thesis: The thesis' result for this law and motion; None where it has none.
         timing: How the cycles' times are distributed; None in records that do not hold it yet.
+        bus_loads: Of several buses, the load of each by its name in bus.log; None of one.
+        thesis_ms: As in `Conditions`, and so the departures; not in records that do not hold them yet.
+        departures: In what the run departs from the thesis' experiment.
     """
 
     law: str
@@ -97,6 +105,14 @@ class Summary:
     cycle_us: Percentiles
     thesis: Published | None
     timing: Timing | None = None
+    bus_loads: Mapping[str, float] | None = None
+    thesis_ms: float | None = None
+    departures: tuple[str, ...] = ()
+
+    @property
+    def law_us(self) -> float:
+        """Median time of estimator, kinematics and law in a cycle [µs]; NaN where it is not known."""
+        return math.nan if self.timing is None else self.timing.law_us.p50
 
     @classmethod
     def from_json(cls, facts: Mapping[str, Any]) -> Self:
@@ -111,19 +127,27 @@ class Summary:
         Raises:
             KeyError: Something is missing.
         """
-        known = [field for field in fields(cls) if field.name != "timing"]
+        known = [field for field in fields(cls) if field.default is MISSING]
         values = {field.name: _restored(facts[field.name], field.type) for field in known}
         thesis = facts["thesis"] and Published(**facts["thesis"], source="thesis, as the record has it")
         timing = facts.get("timing")
-        return cls(**{**values, "thesis": thesis, "timing": timing and Timing.from_json(timing)})
+        later = {
+            "timing": timing and Timing.from_json(timing),
+            "bus_loads": facts.get("bus_loads"),
+            "thesis_ms": facts.get("thesis_ms"),
+            "departures": tuple(facts.get("departures", ())),
+        }
+        return cls(**{**values, "thesis": thesis, **later})
 
     def as_json(self) -> dict[str, Any]:
         """The summary as JSON holds it: a number that is none (no sample of the motion was run) becomes null."""
-        facts = asdict(self)
+        facts = asdict(self) | {"law_us": self.law_us}
         facts["thesis"] = self.thesis and {
             "position_rmse_mm": self.thesis.position_rmse_mm,
             "velocity_rmse_m_s": self.thesis.velocity_rmse_m_s,
         }
+        if self.bus_loads is None:
+            del facts["bus_loads"]
         return {key: finite(value) for key, value in facts.items()}
 
 
@@ -131,7 +155,7 @@ def summarise(
     conditions: Conditions,
     log: LoopLog,
     *,
-    bus_load: float,
+    bus_loads: Mapping[str, float],
     true_position_rmse_mm: float | None = None,
     thesis: Published | None = None,
 ) -> Summary:
@@ -140,7 +164,7 @@ def summarise(
     Args:
         conditions: What was run.
         log: The loop's log.
-        bus_load: Share of time in which the bus was busy.
+        bus_loads: Share of time in which each bus was busy, by its name.
         true_position_rmse_mm: Position error by the simulator's own state [mm].
         thesis: The thesis' result for this law and motion.
 
@@ -161,10 +185,13 @@ def summarise(
         true_position_rmse_mm=true_position_rmse_mm,
         peak_torque_nm=peak_torque(log),
         rms_torque_nm=rms_torque(log),
-        bus_load=bus_load,
+        bus_load=max(bus_loads.values()),
         cycle_us=work_us(log),
         thesis=thesis,
         timing=timing_of(log),
+        bus_loads=bus_loads if len(bus_loads) > 1 else None,
+        thesis_ms=conditions.thesis_ms,
+        departures=conditions.departures,
     )
 
 

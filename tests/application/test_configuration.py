@@ -28,19 +28,21 @@ def test_the_shipped_configuration_is_the_thesis_experiment():
     assert rig.master.node_id == 127
 
 
-def test_the_plants_differ_only_in_friction_and_torque_limit_and_fit5_in_motor_inertia_too():
+def test_the_plants_differ_only_in_friction_and_torque_limit_and_fit5_in_motors_and_gears_too():
     plants = load_configuration().rig.plant
     assert {name: (plant.coulomb[0], plant.breakaway[0], plant.torque_limit) for name, plant in plants.items()} == {
         "ideal": (0.0, 0.0, 0.98),
         "identified": (0.0, 0.5, 0.98),
         "fitted": (1.64, 1.64, 0.494),
-        "fit5": (3.85, 3.85, 0.333),
+        "fit5": (2.23, 2.23, 0.320),
     }
     fitted = {"coulomb", "breakaway", "torque_limit"}
     same = [plant.model_dump(exclude=fitted) for name, plant in plants.items() if name != "fit5"]
     assert same[0] == same[1] == same[2]
-    of_five = [plants[name].model_dump(exclude=fitted | {"actuator_inertia"}) for name in ("fitted", "fit5")]
+    five = fitted | {"actuator_inertia", "active_viscous", "gear_compliance"}
+    of_five = [plants[name].model_dump(exclude=five) for name in ("fitted", "fit5")]
     assert of_five[0] == of_five[1]
+    assert [plant.gear_compliance for plant in plants.values()] == [0.0, 0.0, 0.0, 1.38e-3]
 
 
 def test_every_shipped_value_says_its_unit_or_source():

@@ -2,17 +2,21 @@
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from torquerig import load_configuration, run_experiment
+from torquerig.building import controller
 from torquerig.cli import main
 from torquerig.control.errors import LimitExceeded
+from torquerig.control.log import LoopLog
 from torquerig.record_figures import differing, figures_of, ratio
 from torquerig.records import open_record
 from torquerig.simulator import begin_record
+from torquerig.torque_parts import TorqueParts, measured_components
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +31,9 @@ def records(tmp_path_factory) -> Path:
         run_experiment(load_configuration(options={"limits.workspace_x": [0.09, 0.1]}), record=place / "never")
     drives = begin_record(load_configuration(), place / "sim")
     for k in range(5):
-        drives.truth.append(k * 1_000_000, np.array((0.09, 0.06)) + 0.001 * k, np.ones(2), np.ones(3), np.ones(3) * k)
-    drives.write(origin_ns=0, lost=2)
+        row = (0.09 + 0.001 * k, 0.06 + 0.001 * k, *[1.0] * 5, *[float(k)] * 3)
+        drives.truth.append(k * 1_000_000, np.array(row))
+    drives.write(origin_ns=0, lost=2, stood_still_ns=0)
     return place
 
 
@@ -90,11 +95,86 @@ def test_show_prints_one_json_object_of_any_record_and_draws_nothing(capsys, rec
     shown = json.loads(printed(capsys, "show", records / name, "--json"))
     assert set(shown) == {
         "record", "kind", "started", "ended", "planned_cycles", "notes", "summary", "figures", "counters", "sources",
+        "torque_components",
     }  # fmt: skip
+    assert (shown["torque_components"] is None) == (name in {"never", "sim"})
     assert list(elsewhere.iterdir()) == []
     if name == "sim":
         assert shown["counters"] == {"simulator": {"lost_frames": 2}}
         assert shown["figures"]["top_speed_m_s"] == pytest.approx(math.sqrt(2))
+
+
+def test_a_run_is_shown_with_what_its_torques_are_made_of(capsys, records, elsewhere):
+    text = printed(capsys, "show", records / "ct")
+    assert "torque components, rms over motion and motors [N·m]" in text
+    assert "Coriolis and centrifugal" in text
+    assert (elsewhere / "torquerig-show.png").read_bytes()[16:24] == bytes.fromhex("00000672 00000618")  # 1650 x 1560
+    parts = json.loads(printed(capsys, "show", records / "ct", "--json"))["torque_components"]
+    assert 0.0 < parts["reference"]["coriolis"]["share"] < 0.05
+    assert parts["measured"]["friction"]["rms_nm"] > 10 * parts["measured"]["coriolis"]["rms_nm"]
+    assert parts["residual_rms_nm"] < parts["recorded_rms_nm"]
+
+
+def test_a_record_of_another_versions_settings_is_shown_without_torque_components(capsys, records, tmp_path):
+    shutil.copytree(records / "ct", tmp_path / "old")
+    facts = json.loads((records / "ct" / "run.json").read_text(encoding="utf-8"))
+    del facts["configuration"]["model"]["gear_ratio"]
+    (tmp_path / "old" / "run.json").write_text(json.dumps(facts), encoding="utf-8")
+    text = printed(capsys, "show", tmp_path / "old")
+    assert "0.9592" in text
+    assert "Torque components are not shown: the configuration in" in text
+    assert json.loads(printed(capsys, "show", tmp_path / "old", "--json"))["torque_components"] is None
+
+
+def test_torques_that_were_not_told_in_every_cycle_are_not_taken_apart(capsys, records, tmp_path):
+    shutil.copytree(records / "ct", tmp_path / "group")
+    facts = json.loads((records / "ct" / "run.json").read_text(encoding="utf-8"))
+    facts["configuration"]["loop"]["group_rpdo"] = True
+    (tmp_path / "group" / "run.json").write_text(json.dumps(facts), encoding="utf-8")
+    assert "with loop.group_rpdo the drives do not tell their torque" in printed(capsys, "show", tmp_path / "group")
+
+
+def test_the_laws_time_stands_beside_the_thesis_and_is_compared(capsys, records):
+    shown = json.loads(printed(capsys, "show", records / "cpd", "--json"))
+    assert shown["summary"]["thesis_ms"] == shown["figures"]["thesis_ms"] == 2.81
+    assert 0 < shown["summary"]["law_us"] == shown["summary"]["timing"]["law_us"]["p50"]
+    assert "│   2810 │" in printed(capsys, "show", records / "cpd")
+    told = json.loads(printed(capsys, "compare", records / "ct", records / "cpd", "--json"))
+    assert told["ratios"][1]["thesis_ms"] == pytest.approx(2.81 / 3.18)
+    assert "the law in the thesis [ms]" in printed(capsys, "compare", records / "ct", records / "cpd")
+
+
+def test_a_record_without_thesis_time_and_departures_is_read_as_one_that_has_none(records, tmp_path):
+    shutil.copytree(records / "ct", tmp_path / "older")
+    facts = json.loads((records / "ct" / "run.json").read_text(encoding="utf-8"))
+    for key in ("thesis_ms", "departures", "law_us"):
+        del facts["summary"][key]
+    (tmp_path / "older" / "run.json").write_text(json.dumps(facts), encoding="utf-8")
+    summary = open_record(tmp_path / "older").summary
+    assert summary is not None
+    assert (summary.thesis_ms, summary.departures) == (None, ())
+    assert summary.law_us > 0
+
+
+def test_differences_of_positions_span_the_thesis_sampling_time_at_any_rate(records):
+    """At 1 kHz a torque over neighbouring samples would be the encoders' steps."""
+    run = open_record(records / "ct")
+    log, model = run.cycles(), controller(run.rig()).model
+    fine = LoopLog.from_columns(
+        {column.name: np.repeat(column.values, 4, axis=0) for column in log.columns()},
+        start_ns=log.start_ns,
+        period_ns=log.period_ns // 4,
+    )
+    coarse, same = measured_components(model, log).total, measured_components(model, fine).total[::4]
+    np.testing.assert_array_equal(same[:50], coarse[:50])
+
+
+def test_rows_without_neighbours_have_no_measured_components(records):
+    run = open_record(records / "stopped")
+    parts = TorqueParts.of(controller(run.rig()).model, run.cycles())
+    assert np.isnan(parts.measured.total[-1]).all()
+    assert np.isfinite(parts.measured.total[:-1]).all()
+    assert np.isfinite(parts.reference.total).all()
 
 
 def test_two_runs_are_compared_with_differences_ratios_and_settings(capsys, records, elsewhere):

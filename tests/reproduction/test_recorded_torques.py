@@ -10,13 +10,8 @@ from torquerig.control.log import LoopLog
 from torquerig.planning import plan_motion
 from torquerig.reproduction.experiments import THESIS_LAWS, planned
 from torquerig.reproduction.findings import _contrast
-from torquerig.reproduction.torques import (
-    at_constant_velocity,
-    measured_components,
-    motion_part,
-    recorded_torque,
-    true_torque,
-)
+from torquerig.reproduction.torques import at_constant_velocity, true_torque
+from torquerig.torque_parts import measured_components, motion_part, recorded_torque
 
 
 def followed(late, *, error_at_constant, error_elsewhere):
@@ -53,6 +48,15 @@ def test_position_and_torque_of_one_instant_stand_in_one_row():
     log.tau_actual[:, 0] = np.arange(log.rows)
     rows = np.flatnonzero(log.in_motion)
     assert recorded_torque(log)[:, 0].tolist() == [*rows, rows[-1] + 1]
+
+
+def test_a_torque_in_truth_is_not_told_of_drives_of_another_make():
+    configuration = planned(["fitted"])[0].configuration
+    other = configuration.rig.axes.legs[1].model_copy(update={"profile": "cia402"})
+    axes = configuration.rig.axes.model_copy(update={"leg2": other})
+    changed = replace(configuration, rig=configuration.rig.model_copy(update={"axes": axes}))
+    assert changed.rig.axes.legs[1].profile == "cia402"
+    assert true_torque(changed, np.ones((1, 3))) is None
 
 
 def test_a_torque_in_truth_is_by_the_gain_of_its_direction():

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 
 import pytest
+from PIL import Image
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if CHROMIUM is None and os.environ.get("CI") != "true":
@@ -19,6 +20,22 @@ OPTIONS = (
 )
 MEASURE = """
 <script>
+function looked(image) {  // how much of a picture is not paper, how much is coloured, and in how many of 8 x 8 fields
+  const canvas = document.createElement("canvas"), wide = canvas.width = 400;
+  const high = canvas.height = Math.round(wide * image.naturalHeight / image.naturalWidth);
+  const pen = canvas.getContext("2d");
+  pen.drawImage(image, 0, 0, wide, high);
+  const data = pen.getImageData(0, 0, wide, high).data, fields = new Set();
+  let ink = 0, colour = 0;
+  for (let k = 0; k < data.length; k += 4) {
+    const most = Math.max(data[k], data[k + 1], data[k + 2]), least = Math.min(data[k], data[k + 1], data[k + 2]);
+    if (least > 235) continue;
+    ink += 1;
+    colour += most - least > 40;
+    fields.add(Math.floor(8 * (k / 4 % wide) / wide) + 8 * Math.floor(8 * Math.floor(k / 4 / wide) / high));
+  }
+  return {ink: ink / (wide * high), colour: colour / (wide * high), fields: fields.size};
+}
 addEventListener("load", () => {
   const told = document.createElement("pre");
   told.id = "measured";
@@ -31,7 +48,7 @@ addEventListener("load", () => {
     background: getComputedStyle(document.body).backgroundColor,
     fetched: performance.getEntriesByType("resource").map(e => e.name).filter(name => !name.startsWith("data:")),
     dead_links: [...document.querySelectorAll("a")].filter(a => !document.querySelector(a.hash)).length,
-    figures: [...document.images].map(i => ({alt: i.alt, natural: i.naturalWidth, shown: i.clientWidth})),
+    figures: [...document.images].map(i => ({alt: i.alt, natural: i.naturalWidth, shown: i.clientWidth, ...looked(i)})),
     heads: [...document.querySelectorAll("th")].map(e => e.innerText.trim()),
   });
   document.body.append(told);
@@ -58,6 +75,29 @@ def test_every_figure_shows(measured):
     figures = measured["figures"]
     assert len(figures) == 4 + 7 * 2
     assert all(figure["natural"] >= 1.3 * figure["shown"] > 1000 for figure in figures)
+
+
+def test_no_figure_is_blank(measured):
+    """Lines and letters of one colour at least, all over the picture, and more paper than ink but in the maps."""
+    for figure in measured["figures"]:
+        is_map = figure["alt"].startswith(("Figure 2.2", "Figure 2.3"))
+        assert 0.01 < figure["ink"] < (0.9 if is_map else 0.4), figure
+        assert figure["colour"] > 0.001, figure
+        assert figure["fields"] > 48, figure
+
+
+def test_every_panel_of_every_figure_says_its_quantity_and_unit(reproduced):
+    """By the words in the files, which are taken from the axes that were drawn."""
+    unit = re.compile(r"\[[^\]]+\]|sample \(4 ms each\)|^1: .*, 0: ")  # the last is a ratio that says what its ends are
+    for path in reproduced.place.glob("*.png"):
+        with Image.open(path) as picture:
+            panels = picture.info["Description"].splitlines()
+        assert panels, path.name
+        for panel in panels:
+            title, _, words = panel.partition(": ")
+            labels = [label for label in words.split(" over ") if label.strip()]
+            assert len(labels) == (2 if title else 1), (path.name, panel)  # a colour bar has no title, and one axis
+            assert all(map(unit.search, labels)), (path.name, panel)
 
 
 def test_every_figure_is_told_in_words(measured):

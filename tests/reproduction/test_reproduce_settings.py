@@ -20,6 +20,7 @@ kp = 1.0
 [loop]
 rate_hz = 500.0
 gains = 2
+group_rpdo = true
 estimator = "kalman"
 [model]
 passive_viscous = 0.0938
@@ -56,8 +57,12 @@ def test_what_differs_from_the_shipped_settings_is_listed(mine):
     }
     assert {each.key for each in put_aside} == {
         "approach.hold_before", "approach.hold_after", "motion.1.speed", "laws.coupled-pd.motion1.kp",
-        "loop.rate_hz", "loop.gains",
+        "loop.rate_hz", "loop.gains", "loop.group_rpdo",
     }  # fmt: skip
+
+
+def test_drives_tell_their_torque_in_every_cycle_whatever_a_file_says(mine):
+    assert not any(each.configuration.rig.loop.group_rpdo for each in planned(["fitted"], mine))
 
 
 def test_without_a_file_nothing_differs():

@@ -5,14 +5,14 @@ import sys
 
 import click
 
-from torquerig.calibrating.conducting import Consent
+from torquerig.calibrating.task import Consent
 from torquerig.calibration.procedure import Plan
 from torquerig.cli.calibrate_text import print_plan
 from torquerig.cli.failures import USAGE, Failure
 from torquerig.driver.bus.url import LOCKSTEP
 
 
-def agree(plan: Plan, url: str, *, yes: bool, quiet: bool) -> Consent:
+def agree(plan: Plan, url: str, *, yes: bool, quiet: bool, moves: bool = True) -> Consent:
     """Show a plan, and have a person agree to it; simulated drives of this process need nobody's consent.
 
     Args:
@@ -20,6 +20,7 @@ def agree(plan: Plan, url: str, *, yes: bool, quiet: bool) -> Consent:
         url: The bus.
         yes: Agreed to beforehand.
         quiet: Standard output is for something else.
+        moves: Whether anything moves; a file is evaluated without anybody's consent.
 
     Returns:
         Who agreed.
@@ -32,7 +33,7 @@ def agree(plan: Plan, url: str, *, yes: bool, quiet: bool) -> Consent:
         print_plan(plan)
     if yes:
         return Consent(f"{_user()}, by --yes", called)
-    if url.partition(":")[0] == LOCKSTEP:
+    if not moves or url.partition(":")[0] == LOCKSTEP:
         return Consent("nobody: nothing real moves", called)
     if quiet:
         print_plan(plan, err=True)

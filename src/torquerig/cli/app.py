@@ -38,6 +38,7 @@ COMMANDS: Final = {
     "reproduce": Entry("torquerig.cli.reproduce", "Run all experiments of the thesis and write a report on them."),
     "fit-plant": Entry("torquerig.cli.fit_plant", "Fit a simulated plant to the thesis' sixteen errors."),
     "estimators": Entry("torquerig.cli.estimators", "Compare the estimators of joint rates: noise, delay, the loop."),
+    "laws": Entry("torquerig.cli.laws", "List the control laws: equations, gains, and the thesis' results."),
     "dbc": Entry("torquerig.cli.dbc", "Write a DBC of all frames on the rig's bus."),
     "pcap": Entry("torquerig.cli.pcap", "Convert a record's bus.log into a pcap file for Wireshark."),
     "calibrate": Entry("torquerig.cli.calibrate", "Measure the rig: signs, home, torque, friction, delays, model."),

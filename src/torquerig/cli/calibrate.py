@@ -9,8 +9,10 @@ from typing import Any, Final
 import click
 
 from torquerig.calibrating.catalogue import PROCEDURES, offer
-from torquerig.calibrating.conducting import Outcome, Task, conduct
+from torquerig.calibrating.conducting import Outcome, Terms, conduct
+from torquerig.calibrating.deposit import target_of
 from torquerig.calibrating.offer import Option, Request
+from torquerig.calibrating.task import Task
 from torquerig.calibration.procedure import Estimate, Grade, Plan
 from torquerig.cli.agreement import agree
 from torquerig.cli.calibrate_text import print_outcome, print_plan
@@ -18,6 +20,8 @@ from torquerig.cli.failures import MACHINE, Failure
 from torquerig.cli.options import bus_option, calibration_option, config_option, configure, plant_option
 from torquerig.cli.places import check_folder
 from torquerig.cli.procedure_bar import ProcedureBar
+from torquerig.configuration import Configuration
+from torquerig.errors import ConfigurationError
 
 _SHARED: Final = (
     click.option("--axis", metavar="N", type=click.IntRange(1, 3), help="This axis only; default: all."),
@@ -33,6 +37,7 @@ _SHARED: Final = (
         help="Where calibration.toml and its raw data go; default: where --calibration is, or here.",
     ),
     click.option("--accept", is_flag=True, help="Write a suspicious result into calibration.toml too."),
+    click.option("--replace", is_flag=True, help="Begin a new calibration.toml; the old one is kept beside it."),
     click.option(
         "--seed", metavar="N", type=click.IntRange(0), default=0, help="Of the procedure's chance; default: 0."
     ),
@@ -104,20 +109,21 @@ def _run(
     yes: bool,
     as_json: bool,
     accept: bool,
+    replace: bool,
     config_file: Path | None,
     **options: object,
 ) -> None:
     """Plan, agree, conduct, and tell."""
     if place is not None:
         check_folder(place)
-    configuration = configure(config_file, **options)
+    configuration = _configured(config_file, place, options, replace=replace)
     task = Task.prepare(name, offer(name), configuration, Request(axis, own))
     if dry_run:
         _show_plan(task.plan, as_json=as_json)
         return
-    consent = agree(task.plan, configuration.rig.bus.url, yes=yes, quiet=as_json)
+    consent = agree(task.plan, configuration.rig.bus.url, yes=yes, quiet=as_json, moves=task.recorded is None)
     with ProcedureBar(quiet=as_json) as bar:
-        outcome = conduct(task, place, consent, bar, seed=seed, accept=accept)
+        outcome = conduct(task, place, consent, bar, Terms(seed, accept, replace))
     if as_json:
         click.echo(json.dumps(_as_json(name, outcome), allow_nan=False, ensure_ascii=False))
     else:
@@ -126,6 +132,29 @@ def _run(
     if outcome.deposit is None:
         because = "; ".join(reason.rstrip(".") for reason in verdict.reasons)
         raise Failure(f"{name}: {verdict.grade.value}: {because}; calibration.toml is as it was", MACHINE)
+
+
+def _configured(
+    config_file: Path | None, place: Path | None, options: dict[str, object], *, replace: bool
+) -> Configuration:
+    """The configuration, with the calibration in force that the result will be added to.
+
+    Raises:
+        ConfigurationError: It names another one.
+    """
+    configuration = configure(config_file, **options)
+    there = target_of(configuration, place)
+    if replace or not there.exists():
+        return configuration
+    named = configuration.calibration
+    if named is None:
+        return configure(config_file, **{**options, "calibration": str(there)})
+    if not there.samefile(named):
+        raise ConfigurationError(
+            f"with the calibration {named} in force a result cannot be added to {there}, whose values were measured"
+            " with others: leave one of the two out, or --replace starts a new file there"
+        )
+    return configuration
 
 
 def _show_plan(plan: Plan, *, as_json: bool) -> None:

@@ -15,10 +15,10 @@ from torquerig.cli.places import default_picture
 from torquerig.cli.show import as_object
 from torquerig.cli.tables import number
 from torquerig.comparison_picture import Entry, draw_comparison
+from torquerig.json_numbers import finite
 from torquerig.record_figures import Figure, differing, figures_of, ratio
 from torquerig.records import RecordedRun, open_record
 from torquerig.summary import motion_in_words
-from torquerig.timing import finite
 from torquerig.toml_text import write
 
 DEFAULT_PICTURE = Path("torquerig-compare.png")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from torquerig.schema import Rig
 
 DEFAULT_PICTURE = Path("torquerig-estimators.png")
-_NOT_SIMULATED = ("bus.url", "calibration.file")
+_NOT_SIMULATED = ("bus.url", "axes.1.bus", "axes.2.bus", "axes.3.bus", "calibration.file")
 """Settings of a record that are not taken over: the loops are simulated, and what was calibrated is in the rest."""
 
 

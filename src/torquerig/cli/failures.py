@@ -74,12 +74,14 @@ def _exit_code(error: Exception) -> int:
     """The exit code of an error's kind. The trees are looked up only now, because --help must not wait for them."""
     from torquerig import errors as application  # noqa: PLC0415
     from torquerig import mechanism  # noqa: PLC0415
+    from torquerig.calibration import errors as calibration  # noqa: PLC0415
     from torquerig.control import errors as control  # noqa: PLC0415
     from torquerig.driver import errors as driver  # noqa: PLC0415
 
     kinds: tuple[tuple[type[Exception], int], ...] = (
         (control.LimitExceeded, MACHINE),
         (control.ControlError, USAGE),
+        (calibration.CalibrationError, MACHINE),
         (mechanism.MechanismError, MACHINE),
         (driver.BusUrlError, USAGE),
         (driver.EdsError, USAGE),

@@ -20,11 +20,11 @@ from torquerig.plant_fit.problem import Problem, thesis_target
 from torquerig.plant_fit.report import as_json, show, verdict
 from torquerig.plant_fit.search import Effort
 from torquerig.plant_fit.workers import workers
-from torquerig.schema import Plant
+from torquerig.schema_machines import Plant
 from torquerig.stopping import Stopped
 
 SEED: Final = 2
-"""That of the shipped plant fit5; with 1 the better valley was not found (docs/fit-plant.md)."""
+"""That of the shipped plant fit5."""
 _LIST = "\b\nParameters (unit, bounds):\n" + "\n".join(
     f"  {each.name:<17} {each.lowest:g} .. {each.highest:g} {each.unit}: {each.words}" for each in PARAMETERS.values()
 )

@@ -6,9 +6,10 @@ from typing import Final
 
 import click
 
-from torquerig.calibrating.conducting import Task, perform
+from torquerig.calibrating.conducting import perform
 from torquerig.calibrating.moving import HOLD
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.task import Task
 from torquerig.cli.agreement import agree
 from torquerig.cli.calibrate_text import print_estimates
 from torquerig.cli.failures import MACHINE, USAGE, Failure, sentence_of

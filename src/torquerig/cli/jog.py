@@ -5,9 +5,10 @@ from pathlib import Path
 
 import click
 
-from torquerig.calibrating.conducting import Task, perform
+from torquerig.calibrating.conducting import perform
 from torquerig.calibrating.moving import JOG
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.task import Task
 from torquerig.cli.agreement import agree
 from torquerig.cli.calibrate_text import print_estimates
 from torquerig.cli.options import bus_option, calibration_option, config_option, configure, plant_option
@@ -50,6 +51,7 @@ def command(
     agree(task.plan, configuration.rig.bus.url, yes=yes, quiet=as_json)
     with ProcedureBar(quiet=as_json) as bar:
         result, notes = perform(task, bar)
+    notes += (*result.verdict.reasons, *result.verdict.advice)
     if as_json:
         click.echo(json.dumps({**result.facts, "notes": notes}, allow_nan=False, ensure_ascii=False))
     else:

@@ -7,7 +7,7 @@ from typing import Any, Final, TypeVar
 import click
 
 from torquerig.cli.places import PictureFile
-from torquerig.configuration import Configuration, load_configuration
+from torquerig.configuration import DEFAULT, Configuration, load_configuration
 from torquerig.control.laws import load_laws
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -39,7 +39,9 @@ bus_option = click.option(
     help="lockstep: (simulated, in this process), unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can.",
 )
 a_bus_option = click.option(
-    "--bus", metavar="URL", required=True, help="unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can."
+    "--bus",
+    metavar="URL",
+    help="unix:FOLDER, socketcan:vcan0, or INTERFACE:CHANNEL of python-can; else bus.url of --config.",
 )
 calibration_option = click.option(
     "--calibration", metavar="FILE", help="A calibration.toml of `torquerig calibrate`, whose values win over --config."
@@ -142,3 +144,18 @@ def configure(
         raise click.UsageError("give either --motion or --trajectory")
     given = {_KEYS[name]: value for name, value in options.items() if value is not None}
     return load_configuration(config_file, {**(beneath or {}), **given}, origin="command line")
+
+
+def configure_on_bus(config_file: Path | None, bus: str | None) -> Configuration:
+    """The effective configuration for a command that needs a bus to be named: by --bus, or by the file.
+
+    Raises:
+        ConfigurationError: If it cannot be used.
+        click.UsageError: If no bus is named.
+    """
+    if bus is None and config_file is None:
+        raise click.UsageError("Missing option '--bus'.")
+    configuration = configure(config_file, bus=bus)
+    if bus is None and not any(each.key == "bus.url" and each.source != DEFAULT for each in configuration.settings):
+        raise click.UsageError(f"{config_file} names no bus (bus.url): give --bus URL")
+    return configuration

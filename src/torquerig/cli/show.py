@@ -12,10 +12,15 @@ from rich.table import Table
 from torquerig.cli.options import picture_option
 from torquerig.cli.places import default_picture
 from torquerig.cli.tables import number, summary_table, title_of
+from torquerig.cli.torque_table import parts_as_object, parts_of, parts_table
+from torquerig.errors import RecordError
+from torquerig.mechanism import MechanismError
 from torquerig.picture import draw
 from torquerig.record import SIM
 from torquerig.record_figures import figures_of
 from torquerig.records import RecordedRun, open_record
+from torquerig.torque_parts import TorqueParts
+from torquerig.torque_picture import draw_with_parts
 from torquerig.truth_picture import draw_truth
 
 DEFAULT_PICTURE = Path("torquerig-show.png")
@@ -29,17 +34,24 @@ def command(place: Path, picture_file: Path | None, *, as_json: bool) -> None:
     """Tabulate and draw a record: of a run, also one that was stopped, or of `torquerig sim`."""
     picture = picture_file or (None if as_json else default_picture(DEFAULT_PICTURE))
     record = open_record(place)
-    drawn = picture if picture and _draw(record, picture) else None
+    try:
+        parts, lacking = parts_of(record), None
+    except (RecordError, MechanismError) as error:
+        parts, lacking = None, f"Torque components are not shown: {error}"
+    drawn = picture if picture and _draw(record, parts, picture) else None
     if as_json:
-        click.echo(json.dumps(as_object(record), allow_nan=False))
+        told = as_object(record) | {"torque_components": parts and parts_as_object(parts)}
+        click.echo(json.dumps(told, allow_nan=False))
         return
-    _print(record)
+    _print(record, parts)
+    if lacking:
+        click.echo(lacking)
     if drawn:
         click.echo(f"Picture: {drawn}")
 
 
 def as_object(record: RecordedRun) -> dict[str, object]:
-    """A record as --json prints it."""
+    """A record as --json prints it, but for its torque components."""
     return {
         "record": str(record.place),
         "kind": record.kind,
@@ -54,11 +66,14 @@ def as_object(record: RecordedRun) -> dict[str, object]:
     }
 
 
-def _draw(record: RecordedRun, picture: Path) -> bool:
+def _draw(record: RecordedRun, parts: TorqueParts | None, picture: Path) -> bool:
     """Draw what there is; False when there is nothing."""
     if record.summary is not None and record.log is not None and record.log.rows:
-        stopped = "" if record.is_done else ", stopped"
-        draw(record.log, title_of(record.summary) + stopped, picture, record.true_positions())
+        title = title_of(record.summary) + ("" if record.is_done else ", stopped")
+        if parts is None:
+            draw(record.log, title, picture, record.true_positions())
+        else:
+            draw_with_parts(record.log, parts, title, picture, record.true_positions())
     elif record.truth is not None and len(record.truth.at_ns) > 1:
         draw_truth(record.truth, f"simulated machine, plant {record.configuration['simulator']['plant']}", picture)
     else:
@@ -66,7 +81,7 @@ def _draw(record: RecordedRun, picture: Path) -> bool:
     return True
 
 
-def _print(record: RecordedRun) -> None:
+def _print(record: RecordedRun, parts: TorqueParts | None) -> None:
     """Print a record for a person."""
     console = Console(highlight=False)
 
@@ -91,6 +106,8 @@ def _print(record: RecordedRun) -> None:
         table.add_row(escape(figure.words), number(figure))
     if figures:
         console.print(table)
+    if parts is not None:
+        console.print(parts_table(parts))
 
 
 def _how_far(record: RecordedRun) -> str:

@@ -5,6 +5,7 @@ from enum import StrEnum
 
 from torquerig.driver.errors import EdsError
 from torquerig.driver.master.scale import AxisSettings
+from torquerig.driver.master.transducer import TransducerSettings
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.dictionary import load_dictionary
 from torquerig.driver.wire.pdo import split_mapping_entry
@@ -13,6 +14,7 @@ from torquerig.exports.objects import pdo_signals
 from torquerig.exports.pdos import configured_pdos, shipped_pdos
 from torquerig.exports.scales import scales_of
 from torquerig.exports.services import MASTER, common_messages, drive_name, drive_services, heartbeat_message
+from torquerig.exports.transducer import transducer_messages, transducer_name
 
 
 class PdoSource(StrEnum):
@@ -23,7 +25,10 @@ class PdoSource(StrEnum):
 
 
 def rig_messages(
-    axes: Sequence[AxisSettings], master_id: int, source: PdoSource = PdoSource.DRIVER
+    axes: Sequence[AxisSettings],
+    master_id: int,
+    source: PdoSource = PdoSource.DRIVER,
+    transducer: TransducerSettings | None = None,
 ) -> tuple[Message, ...]:
     """All messages on the bus of a rig.
 
@@ -31,22 +36,26 @@ def rig_messages(
         axes: The drives.
         master_id: Node-id of the driver's own heartbeat.
         source: Whose PDOs.
+        transducer: That of a torque bench on the same bus.
 
     Returns:
-        NMT, SYNC, the master's heartbeat, then each drive's messages.
+        NMT, SYNC, the master's heartbeat, then each drive's messages, then the transducer's.
 
     Raises:
         EdsError: An EDS cannot be read, or does not hold what is mapped; or two messages have one identifier.
         ProfileError: A profile does not say enough.
     """
     names = [drive_name(axis.node_id) for axis in axes]
-    messages = [*common_messages(names), heartbeat_message(master_id, MASTER, names)]
+    beside = [] if transducer is None else [transducer_name(transducer.node_id)]
+    messages = [*common_messages([*names, *beside]), heartbeat_message(master_id, MASTER, names)]
     for axis, name in zip(axes, names, strict=True):
         messages += drive_services(axis.node_id, [other for other in names if other != name])
         try:
             messages += _pdo_messages(axis, source)
         except EdsError as error:
             raise EdsError(f"drive {axis.node_id}: {error}") from error
+    if transducer is not None:
+        messages += transducer_messages(transducer)
     _refuse_shared(messages)
     return tuple(messages)
 

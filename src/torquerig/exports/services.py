@@ -100,7 +100,17 @@ def drive_services(node_id: int, others: Sequence[str]) -> tuple[Message, ...]:
         node_id: The drive.
         others: Names of the other drives, which listen too.
     """
-    name = drive_name(node_id)
+    return node_services(node_id, drive_name(node_id), others)
+
+
+def node_services(node_id: int, name: str, others: Sequence[str] = ()) -> tuple[Message, ...]:
+    """EMCY, SDO and heartbeat of any node.
+
+    Args:
+        node_id: The node.
+        name: What it is called.
+        others: Who listens beside the master.
+    """
     emergency = (
         Signal("Error_code", 0, 16, choices=ERROR_CODES),
         Signal("Error_register", 16, 8, comment="Object 1001: bit 0 any error, then a bit a kind"),

@@ -1,6 +1,5 @@
 """The thesis' experiments: which there are, and all of them run one after another."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from torquerig.control.errors import LimitExceeded
 from torquerig.control.law import Law, Published
 from torquerig.control.laws import load_laws
 from torquerig.control.motions import THESIS_STROKES
-from torquerig.control.tracking import law_us, motion_rows
+from torquerig.control.tracking import motion_rows
 from torquerig.driver.errors import DriveFault, TorqueRigError
 from torquerig.errors import ApplicationError, RecordError
 from torquerig.experiment import Outcome, Watcher, run_experiment
@@ -93,23 +92,23 @@ class Run:
 
     @property
     def true_peak_torque_nm(self) -> float | None:
-        """The peak torque by the drives' own gains, not by the driver's counts [N·m]; None if the run was stopped."""
+        """The peak torque by the drives' own gains, not by the driver's counts [N·m]; None where it is not known."""
         if self.outcome is None:
             return None
         log = self.outcome.log
         recorded = log.tau_actual[: log.rows][motion_rows(log)]
-        return float(np.nanmax(np.abs(true_torque(self.experiment.configuration, recorded))))
+        truth = true_torque(self.experiment.configuration, recorded)
+        return None if truth is None else float(np.nanmax(np.abs(truth)))
 
     @property
     def law_us(self) -> float | None:
         """Median time of estimator, kinematics and law in a cycle [µs]; None if the run was stopped."""
-        return None if self.outcome is None else law_us(self.outcome.log).p50
+        return None if self.summary is None else self.summary.law_us
 
     @property
     def thesis_ms(self) -> float | None:
         """The law's running time on the thesis' computer [ms]; None for a law that it does not have."""
-        ns = self.experiment.law.running_time_ns
-        return None if ns is None else ns / 1e6
+        return self.experiment.law.thesis_ms()
 
     @property
     def ratios(self) -> tuple[float, float] | None:
@@ -244,11 +243,6 @@ class Series:
     def cycles_done(self, done: int) -> None:
         """So many cycles of the experiment are done."""
         self._watcher.cycles_done(self._before + done)
-
-
-def finite(value: float | None) -> float | None:
-    """A number, or None if it is none."""
-    return value if value is not None and math.isfinite(value) else None
 
 
 def _run(experiment: Experiment, watcher: Watcher, record: Path | None) -> Run:

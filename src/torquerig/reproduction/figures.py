@@ -2,20 +2,20 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.components import TorqueComponents
 from torquerig.control.log import LoopLog
 from torquerig.maps import stiffness_figure, transmission_figure
 from torquerig.mechanism import Manipulator
 from torquerig.picture import COLOURS, DESIRED, INK
 from torquerig.reproduction import thesis_axes
 from torquerig.reproduction.experiments import MOTIONS, PlantRuns, Run
-from torquerig.reproduction.plots import Curve, Picture, draw_panels, look_of, png_of
-from torquerig.reproduction.torques import measured_components, motion_part, recorded_torque, reference_components
+from torquerig.reproduction.plots import Picture, draw_panels, look_of, png_of
+from torquerig.torque_parts import TorqueParts, motion_part, reference_components
+from torquerig.torque_picture import MOTORS, Curve, component_curves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,18 +25,6 @@ Array = NDArray[np.float64]
 COMPONENT_LAW: Final = "computed-torque"
 """Whose runs Figures 6.4 and 6.5 show: the model-based law with the best errors in motion 1."""
 _JOINTS: Final = ("joint 1", "joint 2", "joint 3")
-_COMPONENTS: Final = {
-    "total": ("total", INK),
-    "inertia": ("inertia", COLOURS[0]),
-    "coriolis": ("Coriolis and centrifugal", "#6d28d9"),
-    "friction": ("viscous friction", COLOURS[1]),
-    "stiction": ("stiction", COLOURS[2]),
-}
-_RECORDED: Final = {"color": DESIRED, "linewidth": 4.0, "zorder": 1.5}
-_RESIDUAL: Final = {"color": "#be185d", "linewidth": 1.4, "linestyle": "--"}
-_DOTS: Final = {"linestyle": "none", "marker": ".", "markersize": 4, "alpha": 0.7}
-_AS_MEASURED: Final = {"total": "dots: as measured"}
-"""What stands in the legend for all dots."""
 _NOT_AS_NUMBERS: Final = "The thesis' own curves exist in print only; axes and ranges are its own."
 
 
@@ -121,17 +109,8 @@ def _components(motion: int, plant: PlantRuns) -> Picture | None:
     log = next((_log(run) for run in plant.of(motion) if run.law == COMPONENT_LAW), None)
     if log is None:
         return None
-    reference, measured = reference_components(plant.model, log), measured_components(plant.model, log)
-    recorded = recorded_torque(log)
-    curves = [
-        [
-            Curve("recorded torque", recorded[:, motor], _RECORDED),
-            *_parts(reference, motor, {"linewidth": 1.6}, named=True),
-            *_parts(measured, motor, _DOTS, named=False),
-            Curve("residual", (recorded - measured.total)[:, motor], _RESIDUAL),
-        ]
-        for motor in range(3)
-    ]
+    parts = TorqueParts.of(plant.model, log)
+    curves = [component_curves(parts, motor) for motor in range(MOTORS)]
     return Picture(
         f"6.{motion + 3}",
         plant.plant,
@@ -144,16 +123,6 @@ def _components(motion: int, plant: PlantRuns) -> Picture | None:
         " stiction, the recorded torque, and what of it the model does not explain.",
         draw_panels(thesis_axes.COMPONENTS[motion], curves, columns=3, height=4.6),
     )
-
-
-def _parts(components: TorqueComponents, motor: int, look: Mapping[str, Any], *, named: bool) -> list[Curve]:
-    """A motor's components, those that are there."""
-    parts = {part: getattr(components, part)[:, motor] for part in _COMPONENTS}
-    return [
-        Curve(name if named else _AS_MEASURED.get(part, ""), parts[part], {**look, "color": colour})
-        for part, (name, colour) in _COMPONENTS.items()
-        if part != "stiction" or parts[part].any()
-    ]
 
 
 def _errors(plant: PlantRuns) -> Picture | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torquerig.control.comparison import published_runs
 from torquerig.control.components import TorqueComponents
 from torquerig.control.log import LoopLog
+from torquerig.control.tracking import rms
 from torquerig.experiment import Outcome
 from torquerig.mechanism import Manipulator
 from torquerig.reproduction.experiments import (
@@ -22,16 +23,10 @@ from torquerig.reproduction.experiments import (
     THESIS_LAWS,
     PlantRuns,
 )
-from torquerig.reproduction.torques import (
-    at_constant_velocity,
-    dry_and_viscous,
-    measured_components,
-    recorded_torque,
-    reference_components,
-    rms,
-)
+from torquerig.reproduction.torques import at_constant_velocity, dry_and_viscous
 from torquerig.reproduction.verdicts import Claim, Finding
 from torquerig.summary import Summary
+from torquerig.torque_parts import measured_components, recorded_torque, reference_components
 
 PEAK_TORQUE: Final = {1: (0.2, 0.45), 2: (0.2, 0.5)}
 """Between what the greatest torque of a run lies, motion by motion [N·m at the motor] (Figures 6.9 and 6.10)."""

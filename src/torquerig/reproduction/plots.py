@@ -1,9 +1,9 @@
 """Pictures of the report: how they look, and the thesis' panels with our curves in them."""
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torquerig.picture import DESIRED, INK, STYLE
 from torquerig.reproduction.experiments import MODEL_BASED_LAWS, PD_LAWS
 from torquerig.reproduction.thesis_axes import Panel
+from torquerig.torque_picture import Curve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,20 +56,6 @@ class Picture:
         return "-".join(filter(None, ("figure", self.number, self.plant))) + ".png"
 
 
-class Curve(NamedTuple):
-    """A line in a panel.
-
-    Attributes:
-        name: Its name in the legend; empty for none.
-        values: One value a sample from 0 on.
-        look: How it is drawn, as matplotlib's `plot` takes it.
-    """
-
-    name: str
-    values: NDArray[np.float64]
-    look: Mapping[str, Any]
-
-
 def look_of(law: str, laws: Sequence[str]) -> dict[str, Any]:
     """How a law's curves look in every figure: PD laws dashed.
 
@@ -87,8 +74,16 @@ def png_of(figure: "Figure") -> bytes:
 
     FigureCanvasAgg(figure)
     file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=DPI, facecolor="white")
+    figure.savefig(file, format="png", dpi=DPI, facecolor="white", metadata={"Description": _in_words(figure)})
     return file.getvalue()
+
+
+def _in_words(figure: "Figure") -> str:
+    """What each panel shows over what, a line each: it goes into the file, for who cannot see the picture."""
+    panels = (
+        (axes.get_title(loc="left") or axes.get_title(), axes.get_ylabel(), axes.get_xlabel()) for axes in figure.axes
+    )
+    return "\n".join(f"{title}: {ordinate} over {abscissa}" for title, ordinate, abscissa in panels)
 
 
 def draw_panels(

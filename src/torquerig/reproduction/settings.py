@@ -10,8 +10,11 @@ from torquerig.configuration import DEFAULT, Configuration, Setting, load_config
 
 ORIGIN: Final = "reproduce"
 """Who sets what is pinned, in messages and records."""
-_AS_SHIPPED: Final = ("motion.1.", "motion.2.", "approach.hold_before", "approach.hold_after", "loop.gains")
-"""Beginnings of keys: the motions, the samples beside them that differences and delays need, and whose gains."""
+_AS_SHIPPED: Final = (
+    "motion.1.", "motion.2.", "approach.hold_before", "approach.hold_after", "loop.gains", "loop.group_rpdo",
+)  # fmt: skip
+"""Beginnings of keys: the motions, the samples beside them that differences and delays need, whose gains, and that
+drives tell their torque every cycle: what it is made of could not be said otherwise."""
 _GAINS: Final = "laws."
 _CHOSEN: Final = ("bus.url", "simulator.plant", "loop.law", "loop.motion", "loop.rate_hz", "loop.repeat")
 """Keys that make a run one of the thesis'."""

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 from torquerig.configuration import Setting
-from torquerig.reproduction.experiments import NUMBERS, PlantRuns, Run, finite
+from torquerig.json_numbers import finite_number
+from torquerig.reproduction.experiments import NUMBERS, PlantRuns, Run
 from torquerig.reproduction.findings import findings
 from torquerig.reproduction.settings import Departures
 from torquerig.reproduction.verdicts import Finding
@@ -90,5 +91,5 @@ def _run_as_json(run: Run) -> dict[str, Any]:
     position_ratio, velocity_ratio = run.ratios or (None, None)
     numbers = {**measured, "position_ratio": position_ratio, "velocity_ratio": velocity_ratio, "law_us": run.law_us}
     numbers |= {"true_peak_torque_nm": run.true_peak_torque_nm, "thesis_ms": run.thesis_ms}
-    told = {key: finite(value) for key, value in numbers.items()}
+    told = {key: finite_number(value) for key, value in numbers.items()}
     return {"law": run.law, "motion": run.motion, **told, "ended": run.ended}

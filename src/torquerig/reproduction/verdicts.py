@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from torquerig.reproduction.experiments import finite
+from torquerig.json_numbers import finite_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class Claim(NamedTuple):
 
     def judged(self, number: float | None, of: str = "", note: str = "") -> Finding:
         """The finding with its number and verdict."""
-        number = finite(number)
+        number = finite_number(number)
         reproduced = None if number is None else self.holds(number)
         return Finding(
             self.key,
