@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from torquerig.calibration.notebook import Notebook, Trace
 from torquerig.calibration.procedure import Bounds, Unwatched, Watcher
 from torquerig.control.errors import LimitExceeded
-from torquerig.driver.master.exchange import RawSample
-from torquerig.driver.master.group import AxisGroup, AxisSample
+from torquerig.driver.master.group import AxisGroup
+from torquerig.driver.master.samples import AxisSample, RawSample
 
 SECOND_NS: Final = 1_000_000_000
 STILL: Final = 0.06

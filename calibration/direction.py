@@ -1,5 +1,6 @@
 """The direction procedure: which way everything counts, and whether cables, gears and couplings are as configured."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
@@ -8,18 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.calibration.conductor import Conductor, Moment
+from torquerig.calibration.installation import Gearing, Hypothesis
 from torquerig.calibration.procedure import Bounds, Column, Doubt, Estimate, Plan, Result, Start, Table, Verdict
+from torquerig.calibration.pushes import Place, Push
 from torquerig.calibration.stiction_fit import JOINTS, along
-from torquerig.calibration.wiring import CLEARLY, FITS, Answer, Geometry, Hypothesis, Push, explain
+from torquerig.calibration.wiring import MOST, Answer, elsewhere, explain, rivals
+from torquerig.calibration.wiring_closure import BESIDE
+from torquerig.calibration.wiring_judge import FITS, WORKS
 
 Vector = NDArray[np.float64]
 
-_ENOUGH: Final = 0.004  # [rad] of motion: 127 counts, so that one count is below 1 %
+_ENOUGH: Final = 0.01  # [rad] of motion: 318 counts, so that one count is 0.3 %; the closure bends by 2 % in it
 _LEAST: Final = 0.05  # of `_ENOUGH`: what moved less did not move
 _TRAVEL: Final = 0.1  # [rad]: 7 mm at the end of a link of 70 mm
 _SPEED: Final = 3.0  # [rad/s]: a free rotor under 0.3 N·m for one sample has 5 rad/s at the motor, 0.2 at the joint
 _REST: Final = 1.0  # [s] between two pushes at most, until nothing moves
 _GEOMETRY_ADVICE: Final = "Put the machine into the home fixture's pose, see the figure, and repeat."
+_SCALE: Final = re.compile(r"axis (\d): wrong .* it shows ([\d.e+-]+) times its motion")
+_ADVICE: Final = (
+    ("wrong torque sign", "Exchange two motor leads of that axis, or the drive's torque polarity; then repeat."),
+    ("wrong encoder sign", "Exchange the encoder's A and B, or the drive's position polarity; then repeat."),
+    ("swapped", "Exchange the cables, or the drives' node-ids (axes.N.node_id); then repeat."),
+    ("slips", "Tighten the coupling between motor, gear and joint; then repeat."),
+    ("both count", "Put axes.N.sign right together with the other faults; then repeat."),
+)
 
 
 class Drawing(NamedTuple):
@@ -39,16 +52,18 @@ class DirectionProcedure:
     """Pushes each motor and each pair of motors a little, both ways, and finds the installation that explains it.
 
     Attributes:
-        geometry: At the pose in which the machine stands, by the configuration.
+        place: The mechanism about the pose in which the machine stands.
         signs: axes.N.sign as configured.
+        gearing: What is believed to be fitted.
         most: Greatest torque of a push [N·m at the motor].
         rate: At which it rises [N·m/s at the motor].
         name: As the command line calls it.
         start: Positions need no meaning.
     """
 
-    geometry: Geometry
+    place: Place
     signs: tuple[int, int, int]
+    gearing: Gearing
     most: float
     rate: float
     name: str = "direction"
@@ -57,7 +72,7 @@ class DirectionProcedure:
     def patterns(self) -> list[Vector]:
         """The pushes: each motor alone, then each pair as it turns when the third joint holds; both ways."""
         alone = list(np.eye(JOINTS))
-        pairs = [np.sign(along(self.geometry.S, held)) for held in range(JOINTS)]
+        pairs = [np.sign(along(self.place.S, held)) for held in range(JOINTS)]
         return [sense * pattern for pattern in (*alone, *pairs) for sense in (1.0, -1.0)]
 
     def plan(self) -> Plan:
@@ -65,7 +80,7 @@ class DirectionProcedure:
         longest = len(self.patterns()) * (self.most / self.rate + 2 * _REST)
         return Plan(
             "Direction: signs, wiring, gear and counts of each axis",
-            ("The machine stands in the home fixture's pose, within 2 mm, with the fixture taken off.",),
+            (f"The machine stands in the home fixture's pose within {1e3 * BESIDE:g} mm, the fixture taken off.",),
             (
                 f"Each motor alone, then two motors at a time, both ways: torque rises by {self.rate:g} N·m/s,",
                 f"until a joint has moved {_ENOUGH:g} rad ({np.degrees(_ENOUGH):.2g}°), or to {self.most:g} N·m.",
@@ -77,10 +92,15 @@ class DirectionProcedure:
 
     def measure(self, conductor: Conductor) -> list[Push]:
         """All pushes and their answers."""
-        return [self._push(conductor, pattern) for pattern in self.patterns()]
+        first = conductor.rest("looking", 0.0).q[0]
+        pushes = []
+        for pattern in self.patterns():
+            conductor.settle(most=_REST)
+            pushes.append(self._push(conductor, pattern, first))
+        return pushes
 
-    def _push(self, conductor: Conductor, pattern: Vector) -> Push:
-        conductor.settle(most=_REST)
+    def _push(self, conductor: Conductor, pattern: Vector, first: Vector) -> Push:
+        """Push until a joint has moved enough; `first` is where the joints stood at the first of all samples."""
         q = conductor.notebook.last_q
 
         def script(now: Moment) -> Vector | None:
@@ -92,12 +112,19 @@ class DirectionProcedure:
 
         pushed = " and ".join(f"{'+' if part > 0 else '-'}{axis}" for axis, part in enumerate(pattern, 1) if part)
         trace = conductor.drive(f"pushing {pushed}", 2 * self.most / self.rate, script)
-        return Push(pattern, trace.q[-1] - q)
+        steps, seconds = np.diff(trace.q, axis=0), np.diff(trace.t)[:, None]
+        return Push(
+            pattern,
+            trace.q[-1] - q,
+            q - first,
+            trace.command[:-1].T @ steps,
+            steps[-1] / seconds[-1],
+            steps.T @ (steps / seconds),
+        )
 
     def evaluate(self, measured: list[Push]) -> Result:
         """Name what explains the answers."""
-        moved = np.array([push.moved for push in measured])
-        answered = np.abs(moved) >= _LEAST * _ENOUGH
+        answered = np.abs(np.array([push.moved for push in measured])) >= _LEAST * _ENOUGH
         table = _table(measured)
         failures = list(_dead(measured, answered, self.most))
         if failures:
@@ -105,60 +132,65 @@ class DirectionProcedure:
             return Result(
                 Verdict.of(failures=failures), tables=(table,), facts={"faults": _reasons(failures)}, drawing=drawing
             )
-        answers = explain(
-            [Push(push.torque, push.moved * seen) for push, seen in zip(measured, answered, strict=True)], self.geometry
-        )
-        return self._judge(answers, Drawing(tuple(measured), tuple(answers[:3])), table)
+        answers = explain(measured, self.place)
+        return self._named(answers, Drawing(tuple(measured), tuple(answers[:3])), table)
 
-    def _judge(self, answers: Sequence[Answer], drawing: Drawing, table: Table) -> Result:
-        best = answers[0]
-        hypothesis = best.hypothesis
-        turned = [a * b < 0 for a, b in zip(hypothesis.encoder_sign, (1, 1, 1), strict=True)]
-        is_sign_only = hypothesis == Hypothesis(
-            torque_sign=hypothesis.encoder_sign, encoder_sign=hypothesis.encoder_sign
-        )
-        settings = {
-            f"axes.{axis}.sign": -sign if other else sign
-            for axis, (sign, other) in enumerate(zip(self.signs, turned, strict=True), start=1)
-        }
-        words = list(hypothesis.words())
-        failures: list[Doubt] = []
-        if best.misfit >= FITS:
-            words = []
-            failures.append(
-                Doubt(
-                    f"no installation explains the motion (misfit {best.misfit:.2f}, fits below {FITS})",
-                    _GEOMETRY_ADVICE,
-                )
-            )
-        elif not is_sign_only:
-            failures += [Doubt(each, _advice(each)) for each in words]
-        rivals = _rivals(answers) if best.misfit < FITS else []
-        suspicions = [
-            Doubt(f"as well it may be: {' and '.join(each.hypothesis.words())}", _GEOMETRY_ADVICE) for each in rivals
-        ]
-        verdict = Verdict.of(failures=failures, suspicions=suspicions)
-        if verdict == Verdict() and words:
-            verdict = Verdict(reasons=tuple(f"{each}: turned round" for each in words))
-        facts = {
-            "faults": words,
-            "misfit": best.misfit,
-            "signs": list(settings.values()),
-            "scale": hypothesis.scale,
-            "rivals": [list(each.hypothesis.words()) for each in rivals],
-        }
-        estimates = [Estimate("misfit of this installation", best.misfit, np.nan, np.nan, "1")]
-        estimates += (
-            [Estimate(key, value, np.nan, np.nan, "1") for key, value in settings.items()] if is_sign_only else []
-        )
+    def _named(self, answers: Sequence[Answer], drawing: Drawing, table: Table) -> Result:
+        """The best explanation, those that cannot be told from it, and what follows for the signs."""
+        if not answers or not answers[0].fits:
+            doubt = Doubt(_unexplained(answers), _GEOMETRY_ADVICE)
+            facts = {"faults": [], "could_be": [], "signs": list(self.signs)}
+            return Result(Verdict.of(failures=[doubt]), facts=facts, tables=(table,), drawing=drawing)
+        best, others = answers[0], rivals(answers)
+        settings = self._settings(best.hypothesis) if best.hypothesis.is_sign_only else {}
+        sets = [list(each.hypothesis.words()) for each in (best, *others)]
         return Result(
-            verdict,
-            estimates=tuple(estimates),
-            settings=settings if is_sign_only else {},
-            facts=facts,
+            self._verdict(best, sets[1:], elsewhere(answers)),
+            estimates=(
+                Estimate("directions, misfit", best.misfit, np.nan, np.nan, "1"),
+                Estimate("work left over", best.labour, np.nan, np.nan, "1"),
+                Estimate("beside the fixture", 1e3 * best.beside, np.nan, np.nan, "mm"),
+                *(Estimate(key, value, np.nan, np.nan, "1") for key, value in settings.items()),
+            ),
+            settings=settings,
+            facts={
+                "faults": sets[0],
+                "could_be": sets if len(sets) > 1 else [],
+                "signs": list(settings.values()) or list(self.signs),
+                "scales": list(best.hypothesis.scale),
+                "misfit": best.misfit,
+                "work_left_over": best.labour,
+                "beside_mm": 1e3 * best.beside,
+            },
             tables=(table,),
             drawing=drawing,
         )
+
+    def _settings(self, hypothesis: Hypothesis) -> dict[str, int]:
+        """axes.N.sign with which everything counts as it should."""
+        turned = zip(self.signs, hypothesis.encoder_sign, strict=True)
+        return {f"axes.{axis}.sign": sign * other for axis, (sign, other) in enumerate(turned, start=1)}
+
+    def _verdict(self, best: Answer, others: Sequence[Sequence[str]], away: Answer | None) -> Verdict:
+        """Signs that can be set are no failure; whatever else could be it is told."""
+        words = list(best.hypothesis.words())
+        doubts = [Doubt(f"or else: {_all(each)}", _GEOMETRY_ADVICE) for each in others]
+        if away is not None:
+            rest = _all(list(away.hypothesis.words()))
+            doubts.append(
+                Doubt(f"or the machine stands {1e3 * away.beside:.1f} mm beside home, and {rest}", _GEOMETRY_ADVICE)
+            )
+        if not best.hypothesis.is_sign_only:
+            return Verdict.of(failures=[*(Doubt(each, self._advice(each)) for each in words), *doubts])
+        if doubts:
+            return Verdict.of(suspicions=[*(Doubt(each) for each in words), *doubts])
+        return Verdict(reasons=tuple(f"{each}: turned round" for each in words))
+
+    def _advice(self, fault: str) -> str:
+        """What to do about a fault that `Hypothesis.words` names."""
+        if match := _SCALE.search(fault):
+            return self.gearing.advice(int(match[1]), float(match[2]))
+        return next(advice for part, advice in _ADVICE if part in fault)
 
 
 def _dead(pushes: Sequence[Push], answered: NDArray[np.bool_], most: float) -> list[Doubt]:
@@ -186,29 +218,19 @@ def _dead(pushes: Sequence[Push], answered: NDArray[np.bool_], most: float) -> l
     return doubts
 
 
-def _rivals(answers: Sequence[Answer]) -> list[Answer]:
-    """Other explanations with as few mistakes that fit about as well."""
+def _unexplained(answers: Sequence[Answer]) -> str:
+    """Why nothing is named."""
+    if not answers:
+        return f"with no installation of up to {MOST} mistakes the legs close in this motion, unless gears wind up"
     best = answers[0]
-    return [
-        each
-        for each in answers[1:]
-        if each.hypothesis.mistakes == best.hypothesis.mistakes and each.misfit <= CLEARLY * max(best.misfit, FITS / 4)
-    ]
+    return (
+        f"no installation with up to {MOST} mistakes explains the motion (the best leaves {100 * best.labour:.0f} % of"
+        f" the work, {100 * WORKS:.0f} % is the most, and misses directions by {best.misfit:.2f}, {FITS} is the most)"
+    )
 
 
-def _advice(fault: str) -> str:
-    """What to do about a fault that `Hypothesis.words` names."""
-    for part, advice in (
-        ("wrong torque sign", "Exchange two motor leads of that axis, or the drive's torque polarity; then repeat."),
-        ("wrong encoder sign", "Exchange the encoder's A and B, or the drive's position polarity; then repeat."),
-        ("swapped", "Exchange the cables, or the drives' node-ids (axes.N.node_id); then repeat."),
-        ("wrong gear", "Compare axes.N.gear and axes.N.encoder_counts with what is fitted; then repeat."),
-        ("slips", "Tighten the coupling between motor, gear and joint; then repeat."),
-        ("both count", "Put axes.N.sign right together with the other faults; then repeat."),
-    ):
-        if part in fault:
-            return advice
-    return ""
+def _all(words: Sequence[str]) -> str:
+    return " and ".join(words) or "all is as configured"
 
 
 def _reasons(doubts: Sequence[Doubt]) -> list[str]:

@@ -9,9 +9,11 @@ import numpy as np
 from torquerig.calibration.conductor import Conductor
 from torquerig.calibration.driving import follow, lasts, motion_rows
 from torquerig.calibration.excitation import FourierMotion
+from torquerig.calibration.installation import Gearing
 from torquerig.calibration.procedure import Bounds, Doubt, Estimate, Plan, Result, Start, Verdict
 from torquerig.calibration.regressor import Array
 from torquerig.calibration.zeros import MotionTooSmall, Zeros, find_zeros
+from torquerig.calibration.zeros_scale import wrong_scales
 from torquerig.control.loop import Controller
 from torquerig.control.reference import ReferenceTable
 from torquerig.mechanism import SingularPoseError
@@ -22,6 +24,8 @@ _SPEED: Final = 3.0  # [rad/s] a hand's, ten times the driven motion's
 _PATIENCE: Final = 1.5  # times the duration that is planned
 _SETUP: Final = 10.0  # [s] for the way to the motion's start
 _LEFT_OVER: Final = 1.0  # [count] rms of closure residuals; rounding alone leaves 0.29 of a count
+_HOPELESS: Final = 10.0  # [count] rms beyond which zeros are no use: links 0.2 mm off their drawing leave about that
+_INSTALLATION: Final = "Run calibrate direction first (gear, counts, wiring), then calibrate home."
 _WIDE: Final = math.radians(0.005)  # half of an interval; the driven motion's is 0.0003 deg
 
 
@@ -62,6 +66,8 @@ class ZerosProcedure:
         torque: Greatest torque [N·m at the motor].
         resolution: Joint angle of a count [rad].
         zeros: What is added already at each axis [rad].
+        home: Where the end-effector is when the drives are homed [m].
+        gearing: What the drives are believed to be fitted with.
         tolerance: Standard deviation of link lengths and base points, to seek them too [m]; None: they are right.
         whose: Where the samples come from, if not from a motion of this procedure.
     """
@@ -72,6 +78,8 @@ class ZerosProcedure:
     torque: float
     resolution: float
     zeros: tuple[float, float, float]
+    home: tuple[float, float]
+    gearing: Gearing
     tolerance: float | None = None
     whose: str | None = None
     name: str = "zeros"
@@ -114,15 +122,17 @@ class ZerosProcedure:
         """The zeros, or how large the motion would have to be."""
         model = self.controller.model
         place = np.nanmean(measured.q, axis=0) if len(measured.q) else np.zeros(LEGS)
+        x, y = self.home
         try:
             x, y = model.forward_kinematics(place).tolist()
             found = find_zeros(model, measured.q, measured.period, start=(x, y), tolerance=self.tolerance)
         except MotionTooSmall as error:
             return Result(Verdict.of(failures=[Doubt(str(error), "Record a larger motion.")]))
         except SingularPoseError as error:
-            return Result(Verdict.of(failures=[Doubt(str(error), "Run calibrate direction and calibrate home first.")]))
+            doubt = self._scale(measured, (x, y)) or Doubt(str(error), _INSTALLATION)
+            return Result(Verdict.of(failures=[doubt]))
         return Result(
-            self._judge(found),
+            self._judge(found, measured),
             estimates=tuple(self._estimates(found)),
             settings=self._settings(found),
             facts=self._facts(found),
@@ -166,25 +176,44 @@ class ZerosProcedure:
             "lengths_mm": {name: [1e3 * part for part in parts] for name, parts in found.lengths.items()},
         }
 
-    def _judge(self, found: Zeros) -> Verdict:
-        suspicions = []
-        if not found.rms <= _LEFT_OVER * self.resolution:
-            suspicions.append(
-                Doubt(
-                    f"the legs still miss each other by {found.rms / self.resolution:.1f} counts rms,"
-                    f" {_LEFT_OVER:g} is the most that rounding explains",
-                    "Link lengths or base points differ from the drawing: see --geometry.",
-                )
+    def _judge(self, found: Zeros, measured: Recorded) -> Verdict:
+        """Legs that still do not close are no matter of zeros: what else it is decides whether zeros are any use."""
+        failures, suspicions = [], []
+        missed = found.rms / self.resolution
+        if not missed <= _LEFT_OVER:
+            x, y = found.position[0].tolist()
+            words = (
+                f"the legs still miss each other by {missed:.1f} counts rms, {_LEFT_OVER:g} is the most that rounding"
+                " explains"
             )
+            if doubt := self._scale(measured, (x, y)):
+                failures.append(doubt)
+            elif not missed <= _HOPELESS:
+                failures.append(Doubt(f"{words}, and no one axis' scale", _INSTALLATION))
+            else:
+                suspicions.append(Doubt(words, "Link lengths or base points differ from the drawing: see --geometry."))
         worst = float(np.max(found.high - found.low)) / 2
-        if self.tolerance is None and not worst <= _WIDE:
+        if self.tolerance is None and not failures and not worst <= _WIDE:
             suspicions.append(
                 Doubt(
                     f"a zero is known within {math.degrees(worst):.2g} deg only, {math.degrees(_WIDE):.2g} is wanted",
                     "Record a longer or larger motion.",
                 )
             )
-        return Verdict.of(suspicions=suspicions)
+        return Verdict.of(failures=failures, suspicions=suspicions)
+
+    def _scale(self, measured: Recorded, start: tuple[float, float]) -> Doubt | None:
+        """The one axis whose wrong gear or counts would explain that the legs do not close; None if none would."""
+        model = self.controller.model
+        homed = model.inverse_kinematics(self.home).theta + np.array(self.zeros)
+        scales = wrong_scales(model, measured.q, start=start, homed=homed.tolist())
+        if not scales or not scales[0].rms <= _LEFT_OVER * self.resolution:
+            return None
+        axis, scale, _ = scales[0]
+        return Doubt(
+            f"axis {axis}: wrong gear or encoder counts, it shows {scale:.4g} times its motion",
+            self.gearing.advice(axis, scale),
+        )
 
 
 def _whole(q: Array, complete: np.ndarray) -> Array:

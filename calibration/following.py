@@ -55,7 +55,14 @@ def along_path(model: Manipulator, motion: Motion) -> Callable[[float], tuple[Ve
 
 
 def move(
-    conductor: Conductor, words: str, model: Manipulator, motion: SmoothMove, *, torque: float, hold: float = 0.0
+    conductor: Conductor,
+    words: str,
+    model: Manipulator,
+    motion: SmoothMove,
+    *,
+    torque: float,
+    hold: float = 0.0,
+    guard: Callable[[Moment], None] | None = None,
 ) -> Trace:
     """Move the end-effector, hold it at the end for a while, and let go.
 
@@ -66,9 +73,16 @@ def move(
         motion: From where the machine stands.
         torque: The most that is used [N·m at the motor].
         hold: How long the end is held [s].
+        guard: Looks at every cycle before its torques are worked out, and raises what ends the move.
 
     Returns:
         The cycles.
     """
-    script = following(along_path(model, motion), torque)
-    return conductor.drive(words, motion.duration + hold, script)
+    law = following(along_path(model, motion), torque)
+
+    def guarded(now: Moment) -> Vector | None:
+        if guard is not None:
+            guard(now)
+        return law(now)
+
+    return conductor.drive(words, motion.duration + hold, guarded)

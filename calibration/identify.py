@@ -27,7 +27,12 @@ from torquerig.control.loop import Controller
 from torquerig.control.reference import ReferenceTable
 
 UNITS: Final = {"I1": "kg·m²", "K1": "N·m·s/rad", "K2": "N·m·s/rad", "Fc": "N·m", **dict.fromkeys(LOPSIDED, "1")}
-SETTINGS: Final = {"I1": "model.actuator_inertia", "K1": "model.active_viscous", "K2": "model.passive_viscous"}
+SETTINGS: Final = {
+    "I1": "model.actuator_inertia",
+    "K1": "model.active_viscous",
+    "K2": "model.passive_viscous",
+    "Fc": "model.active_coulomb",
+}
 _TRAVEL: Final = 0.3  # [rad] that a joint may get beyond what the motions ask for: 20 mm at the end-effector
 _SPEED: Final = 2.0  # times the joint rates that the motions ask for
 _PATIENCE: Final = 1.5  # times the duration that is planned
@@ -151,7 +156,7 @@ class IdentifyProcedure:
         return Result(
             self._judge(best),
             estimates=tuple(estimates(ways)),
-            settings={key: best.values[name] for name, key in SETTINGS.items()},
+            settings={key: max(best.values[name], 0.0) for name, key in SETTINGS.items()},
             facts=facts(ways),
             drawing=drawing,
         )

@@ -9,7 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.calibration.conductor import SECOND_NS, Conductor
-from torquerig.calibration.latency_fit import Interval, Response, fit_response, latch_wait, mean_interval
+from torquerig.calibration.latency_fit import (
+    Interval,
+    Response,
+    Times,
+    fit_response,
+    latch_wait,
+    mean_interval,
+    mean_of,
+    median_interval,
+)
 from torquerig.calibration.procedure import Bounds, Column, Doubt, Estimate, Plan, Result, Start, Table, Verdict
 from torquerig.driver.wire.frame import worst_case_bits
 
@@ -121,47 +130,69 @@ class LatencyProcedure:
 
     def evaluate(self, measured: Steps) -> Result:
         """Delay and lag of each axis, and how fast they answer."""
-        sync = _SYNC_BITS / self.bitrate
-        command = worst_case_bits(4) / self.bitrate
         count = measured.share.shape[1]
-        x = measured.before + sync + latch_wait(measured.before, command, count)
+        x = measured.before + self._sync + latch_wait(measured.before, self._command, count)
         # the first step starts from rest, not from the other side
         responses = tuple(fit_response(x[1:], measured.share[1:, place]) for place in range(count))
         answers = [mean_interval(measured.answers[:, place]) for place in range(count)]
+        rows = tuple(_answer_rows(answers, self.axes))
         drawing = Drawing(measured, x, responses)
-        missing = [axis for axis in self.axes if responses[axis - 1] is None]
-        if missing:
+        found = {axis: response for axis in self.axes if (response := responses[axis - 1]) is not None}
+        if len(found) < len(self.axes):
             return Result(
-                Verdict.of(failures=[self._no_rise(axis) for axis in missing]),
-                estimates=tuple(_answer_rows(answers, self.axes)),
+                Verdict.of(failures=[self._no_rise(axis) for axis in self.axes if axis not in found]),
+                estimates=rows,
                 facts={"axes": [{"axis": axis, "answer_us": _us(answers[axis - 1])} for axis in self.axes]},
                 drawing=drawing,
             )
-        found = {axis: response for axis in self.axes if (response := responses[axis - 1]) is not None}
-        # a drive hears its command when those before it and its own are over
-        reaction = {axis: each.delay.value - (self.places[axis - 1] + 1) * command for axis, each in found.items()}
-        tpdo = worst_case_bits(8) / self.bitrate
-        quickest = float(np.median(measured.answers, axis=0).min())  # heartbeats delay some
-        sample = max(quickest - sync - tpdo, 0.0)
-        facts = [
-            {
-                "axis": axis,
-                "answer_us": _us(answers[axis - 1]),
-                "delay_us": _us(response.delay),
-                "lag_us": _us(response.lag),
-                "reaction_us": _MICRO * reaction[axis],
-            }
-            for axis, response in found.items()
-        ]
-        mean_reaction = float(np.mean(list(reaction.values())))
+        times = self._times(measured, found)
         return Result(
-            Verdict.of(suspicions=[*_suspicions(found), *_too_early(mean_reaction, self.bitrate)]),
-            estimates=(*_answer_rows(answers, self.axes), *_response_rows(found)),
-            settings={"drive.sample": sample, "drive.reaction": max(mean_reaction, 0.0)},
-            facts={"axes": facts, "sample_us": _MICRO * sample, "reaction_us": _MICRO * mean_reaction},
+            Verdict.of(suspicions=[*_suspicions(found), *_too_early(times.reaction.value, self.bitrate)]),
+            estimates=(*rows, *_response_rows(found), *times.rows()),
+            settings={key: max(interval.value, 0.0) for key, interval in times.by_key().items()},
+            facts=self._facts(answers, found) | {f"{name}_us": _us(each) for name, each in times._asdict().items()},
             tables=(_table(measured, x),),
             drawing=drawing,
         )
+
+    @property
+    def _sync(self) -> float:
+        """Time of SYNC on the wire [s]."""
+        return _SYNC_BITS / self.bitrate
+
+    @property
+    def _command(self) -> float:
+        """Time of one axis' command on the wire [s]."""
+        return worst_case_bits(4) / self.bitrate
+
+    def _before(self, axis: int) -> float:
+        """From handing the commands over until an axis has heard its own [s]: those before it, and its own."""
+        return (self.places[axis - 1] + 1) * self._command
+
+    def _times(self, measured: Steps, found: dict[int, Response]) -> Times:
+        """What the drives need, as their mean; the quickest to answer is not kept from it by the others' TPDOs."""
+        quickest = measured.answers[:, int(np.argmin(np.median(measured.answers, axis=0)))]
+        wire = self._sync + worst_case_bits(8) / self.bitrate
+        return Times(
+            median_interval(quickest).shifted(-wire),
+            mean_of([each.delay.shifted(-self._before(axis)) for axis, each in found.items()]),
+            mean_of([each.lag for each in found.values()]),
+        )
+
+    def _facts(self, answers: list[Interval], found: dict[int, Response]) -> dict[str, Any]:
+        """Each axis for JSON."""
+        return {
+            "axes": [
+                {
+                    "axis": axis,
+                    "answer_us": _us(answers[axis - 1]),
+                    "delay_us": _us(response.delay),
+                    "lag_us": _us(response.lag),
+                    "reaction_us": _MICRO * (response.delay.value - self._before(axis)),
+                }
+                for axis, response in found.items()
+            ]
+        }
 
     def _no_rise(self, axis: int) -> Doubt:
         """Why nothing rose within the time before SYNC."""

@@ -1,5 +1,6 @@
 """Jogging and holding: what a person needs before any procedure, under low limits."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -8,8 +9,9 @@ from numpy.typing import NDArray
 
 from torquerig.calibration.conductor import Conductor
 from torquerig.calibration.following import holding, move
+from torquerig.calibration.guard import Guard, Room
 from torquerig.calibration.notebook import Trace
-from torquerig.calibration.procedure import Bounds, Estimate, Plan, Result, Start, Verdict
+from torquerig.calibration.procedure import Bounds, Doubt, Estimate, Plan, Result, Start, Verdict
 from torquerig.control.motions import SmoothMove
 from torquerig.mechanism import Manipulator
 
@@ -21,6 +23,7 @@ _ACCELERATION: Final = 0.2  # [m/s²]
 _JOINT_SPEED: Final = 2.0  # [rad/s]: 0.02 m/s turn a joint by 0.6 rad/s at most; the rest is for breaking loose
 _ROOM: Final = 0.1  # [rad] of travel beyond what the move needs
 _TURNS: Final = 20  # steps of Newton's method towards an angle
+_SHARE: Final = 0.5  # of a jog that is made at least; dry friction leaves 0.68 of one of 1 mm
 _CLOSE: Final = 1e-9  # [rad] at which it ends
 
 
@@ -35,6 +38,7 @@ class Jog:
         reach: How far the end-effector may be moved at most [m].
         torque: The most that is used [N·m at the motor].
         hold: How long the end is held [s].
+        room: Where the end-effector may be.
         name: As the command line calls it.
         start: Poses have to mean something.
     """
@@ -45,6 +49,7 @@ class Jog:
     reach: float
     torque: float
     hold: float
+    room: Room
     name: str = "jog"
     start: Start = Start.HOMED
 
@@ -70,8 +75,11 @@ class Jog:
         conductor.rest("looking", 2 * conductor.period_ns / 1e9)
         x, y = self.model.forward_kinematics(conductor.notebook.last_q).tolist()
         target = (x + self.way[0], y + self.way[1]) if self.turn is None else self._turned(np.array([x, y]))
+        self.room.require(target, self.room.outside((x, y)))
         motion = SmoothMove.within((x, y), target, speed=SPEED, acceleration=_ACCELERATION)
-        return move(conductor, "moving", self.model, motion, torque=self.torque, hold=self.hold)
+        order = self.model.inverse_kinematics(target).theta - self.model.inverse_kinematics((x, y)).theta
+        guard = Guard(self.model, conductor.notebook.last_q, order, self.room)
+        return move(conductor, "moving", self.model, motion, torque=self.torque, hold=self.hold, guard=guard.look)
 
     def evaluate(self, measured: Trace) -> Result:
         """Where it went."""
@@ -91,7 +99,21 @@ class Jog:
             "position_mm": (1e3 * end).tolist(),
             "peak_torque_nm": float(np.abs(measured.torque).max()),
         }
-        return Result(Verdict(), estimates=tuple(estimates), facts=facts)
+        return Result(Verdict.of(suspicions=list(self._short(went, turned))), estimates=tuple(estimates), facts=facts)
+
+    def _short(self, way: Vector, turned: Vector) -> Iterator[Doubt]:
+        """Whether less than half of what was asked for was made, of the way [mm] or of the turn [deg]."""
+        if self.turn is None:
+            asked = 1e3 * np.array(self.way)
+            share, words = float(way @ asked / (asked @ asked)), f"of the {np.linalg.norm(asked):g} mm asked for"
+        else:
+            joint, angle = self.turn[0], float(np.degrees(self.turn[1]))
+            share, words = float(turned[joint] / angle), f"of the {angle:g}° asked for joint {joint + 1}"
+        if not share >= _SHARE:
+            yield Doubt(
+                f"{100 * share:.0f} % {words} were made",
+                "Friction may be more than --torque, or an axis reversed: torquerig calibrate direction.",
+            )
 
     def _turned(self, position: Vector) -> tuple[float, float]:
         """The nearest place where a joint has another angle: Newton's method along the joint's own gradient."""

@@ -10,7 +10,7 @@ import numpy as np
 from torquerig.calibration.conductor import Conductor
 from torquerig.calibration.procedure import Bounds, Column, Doubt, Estimate, Grade, Plan, Result, Start, Table, Verdict
 from torquerig.calibration.torque_fit import DirectionFit, Interval, LevelReading
-from torquerig.calibration.torque_levels import LevelSource, Schedule
+from torquerig.calibration.torque_levels import HeldLevels, Schedule
 from torquerig.calibration.torque_scale import NEGATIVE, POSITIVE, AxisTorque, analyse
 
 AVERAGE: Final = "average"
@@ -46,7 +46,7 @@ class TorqueProcedure:
 
     Attributes:
         axes: Which ones, from 1.
-        source: Brings the levels.
+        source: Holds the levels; None where they were held and read elsewhere, and are only to be evaluated.
         schedule: The levels that are held; None when none are.
         timing: How long each takes.
         nominal: What is configured for each axis, mean of both directions, shape (n,) [counts/(N·m)].
@@ -55,7 +55,7 @@ class TorqueProcedure:
     """
 
     axes: tuple[int, ...]
-    source: LevelSource
+    source: HeldLevels | None
     schedule: Schedule | None
     timing: Timing
     nominal: tuple[float, ...]
@@ -69,15 +69,15 @@ class TorqueProcedure:
 
     @property
     def start(self) -> Start:
-        """As the source of the levels wants it."""
-        return self.source.start
+        """Positions need no meaning."""
+        return Start.ENABLED
 
     def plan(self) -> Plan:
         """What it will do."""
         axes = _listed(self.axes)
         title = f"Torque scale of {axes}: levels on a locked rotor, by {self.where}"
         if self.schedule is None:
-            read = f"Read levels and torques from {self.where}; no drive is enabled."
+            read = f"Read levels and torques from {self.where}; nothing moves, and no bus is opened."
             return Plan(title, (), (read, self._fit_words()), Bounds(0.0, SPEED, TRAVEL, _SPARE))
         schedule, timing = self.schedule, self.timing
         lasts = len(self.axes) * _duration(schedule, timing)
@@ -98,6 +98,7 @@ class TorqueProcedure:
 
     def measure(self, conductor: Conductor) -> dict[int, list[LevelReading]]:
         """Hold all levels, axis by axis; levels by axis come back."""
+        assert self.source is not None  # noqa: S101  (what was held elsewhere is not measured)
         try:
             self.source.open(conductor)
             return {axis: self.source.levels(conductor, axis) for axis in self.axes}

@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from math import isfinite
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from torquerig.calibration.conductor import SECOND_NS, Conductor
-from torquerig.calibration.procedure import Start
+from torquerig.calibration.errors import NoReading
 from torquerig.calibration.torque_fit import LevelReading
 from torquerig.calibration.torque_sensors import Averaged, SensorMaker, TorqueSensor, rounding
 from torquerig.driver.errors import TorqueRigError
@@ -87,43 +87,22 @@ class Schedule:
         return steps
 
 
-class LevelSource(Protocol):
-    """Brings the levels of an axis."""
-
-    @property
-    def start(self) -> Start:
-        """How it wants the drives."""
-        ...
-
-    def open(self, conductor: Conductor) -> None:
-        """Make ready."""
-        ...
-
-    def levels(self, conductor: Conductor, axis: int) -> list[LevelReading]:
-        """The levels of an axis (from 1), in the order in which they were held."""
-        ...
-
-    def close(self) -> None:
-        """No more levels are needed; also called when something ended them, and raises nothing then."""
-        ...
-
-
 class HeldLevels:
-    """Holds the levels on the bench; satisfies `LevelSource`."""
+    """Holds the levels on the bench."""
 
-    start: Final = Start.ENABLED
-
-    def __init__(self, make_sensor: SensorMaker, schedule: Schedule, *, settle: float) -> None:
+    def __init__(self, make_sensor: SensorMaker, schedule: Schedule, *, settle: float, patience: float) -> None:
         """Prepare.
 
         Args:
             make_sensor: Who tells the torques.
             schedule: The levels.
             settle: How long a level is held before it is read [s].
+            patience: How long it is held at most while it is read [s].
         """
         self._make_sensor = make_sensor
         self._schedule = schedule
         self._settle_ns = round(settle * SECOND_NS)
+        self._patience_ns = round(patience * SECOND_NS)
         self._sensor: TorqueSensor | None = None
 
     def open(self, conductor: Conductor) -> None:
@@ -137,6 +116,7 @@ class HeldLevels:
 
         Raises:
             LimitExceeded: The rotor moves, or anything else that was agreed on.
+            NoReading: A level was held for as long as it may be.
             TorqueRigError: Sensor, drive or bus.
         """
         assert self._sensor is not None  # noqa: S101  (opened before)
@@ -149,7 +129,7 @@ class HeldLevels:
             conductor.notebook.begin(words)
             hand.go(step.level, self._settle_ns)
             if step.measured:
-                readings.append(self._read(hand, step))
+                readings.append(self._read(hand, step, words))
         return readings
 
     def close(self) -> None:
@@ -158,13 +138,20 @@ class HeldLevels:
             with suppress(TorqueRigError):  # of a bus that is gone the script has told
                 self._sensor.close()
 
-    def _read(self, hand: "_Hand", step: Step) -> LevelReading:
+    def _read(self, hand: "_Hand", step: Step, words: str) -> LevelReading:
         sensor = self._sensor
         assert sensor is not None  # noqa: S101  (opened before)
         sensor.begin(step.level)
+        until_ns = hand.now_ns() + self._patience_ns
         actuals: list[int] = []
         averaged: Averaged | None = None
         while averaged is None:
+            if hand.now_ns() > until_ns:
+                hand.cycle(0)
+                raise NoReading(
+                    f"{words}: there was no reading within {self._patience_ns / SECOND_NS:g} s, and the motor gives no"
+                    " torque any more: begin again, with more --patience or fewer --levels"
+                )
             actuals.append(hand.cycle(step.level))
             averaged = sensor.result()
         return LevelReading(
@@ -178,26 +165,6 @@ class HeldLevels:
         )
 
 
-class RecordedLevels:
-    """Levels that were held and read elsewhere; satisfies `LevelSource`, and moves nothing."""
-
-    start: Final = Start.AS_FOUND
-
-    def __init__(self, readings: Iterable[LevelReading]) -> None:
-        """Keep them, of the one axis that they are of."""
-        self._readings = list(readings)
-
-    def open(self, conductor: Conductor) -> None:
-        """Nothing is to be made ready."""
-
-    def levels(self, conductor: Conductor, axis: int) -> list[LevelReading]:  # noqa: ARG002  (the file does not tell)
-        """All of them."""
-        return self._readings
-
-    def close(self) -> None:
-        """Nothing is to be ended."""
-
-
 class _Hand:
     """Commands one axis in the drives' counts, cycle by cycle."""
 
@@ -207,6 +174,10 @@ class _Hand:
         self._step = ramp * conductor.period_ns / SECOND_NS
         self._level = 0.0
         self._due_ns = conductor.now_ns() + conductor.period_ns // 2
+
+    def now_ns(self) -> int:
+        """The bus clock [ns]."""
+        return self._conductor.now_ns()
 
     def cycle(self, level: float) -> int:
         """One cycle at a level; what the drive says it gives [counts]."""

@@ -4,17 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from math import isfinite, nan, sqrt
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
-from torquerig.calibration.conductor import Conductor
+from torquerig.calibration.conductor import SECOND_NS, Conductor
+from torquerig.calibration.errors import NoReading
 from torquerig.driver.errors import DriveError
 from torquerig.driver.master.transducer import Reading, Transducer, TransducerSettings
 from torquerig.driver.master.watch import describe_code
 from torquerig.driver.wire.measuring import AiStatus
 
-_OVERLOAD = AiStatus.POSITIVE_OVERLOAD | AiStatus.NEGATIVE_OVERLOAD
+_GLANCE: Final = 0.02  # [s] between two looks at what was typed; our choice
+_OVERLOAD: Final = AiStatus.POSITIVE_OVERLOAD | AiStatus.NEGATIVE_OVERLOAD
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,9 @@ class WireSensor:
         """
         self._transducer = Transducer(conductor.group.session, settings)
         self._samples = samples
+        self._wait = conductor.group.wait
+        self._period = conductor.period_ns / SECOND_NS
+        self._zero = 0.0
         self._readings: list[Reading] = []
 
     def open(self) -> None:
@@ -81,9 +86,17 @@ class WireSensor:
         self._transducer.open()
 
     def zero(self, axis: int) -> None:  # noqa: ARG002  (it sits where it was put)
-        """Zero it; see `Transducer.zero`."""
+        """Zero it (see `Transducer.zero`), and take the mean of what it then shows for zero.
+
+        Its own zero is that of a single conversion, with its noise.
+        """
         self._require_valid(self._transducer.latest())
         self._transducer.zero()
+        self._zero = 0.0
+        self.begin(0)
+        while (shown := self.result()) is None:
+            self._wait(self._period)
+        self._zero = shown.torque
 
     def begin(self, level: int) -> None:  # noqa: ARG002  (it is asked about nothing)
         """Forget what came before."""
@@ -105,7 +118,7 @@ class WireSensor:
         torques = np.array([reading.torque for reading in self._readings])
         spread = float(torques.std(ddof=1)) if len(torques) > 1 else nan
         overloaded = any(reading.status & _OVERLOAD for reading in self._readings)
-        return Averaged(float(torques.mean()), spread, len(torques), overloaded)
+        return Averaged(float(torques.mean()) - self._zero, spread, len(torques), overloaded)
 
     def close(self) -> None:
         """Let it be quiet."""
@@ -121,19 +134,33 @@ class WireSensor:
             )
 
 
+class Typist(Protocol):
+    """A person at a keyboard."""
+
+    def ask(self, question: str) -> None:
+        """Show a question; what was typed before it is no answer."""
+        ...
+
+    def answer(self) -> str | None:
+        """The next line that was typed, None while there is none; it must not wait where time is real."""
+        ...
+
+
 class TypedSensor:
     """A person who types what a display shows; satisfies `TorqueSensor`."""
 
-    def __init__(self, ask: Callable[[str], None], answer: Callable[[], str | None], *, sign: int = 1) -> None:
+    def __init__(self, conductor: Conductor, typist: Typist, *, patience: float, sign: int = 1) -> None:
         """Prepare.
 
         Args:
-            ask: Shows a question.
-            answer: The next line that was typed, None while there is none; it must not wait where time is real.
+            conductor: Whose drives give no torque while the display is zeroed.
+            typist: Who is asked.
+            patience: How long that may take [s].
             sign: 1 if the display is positive for positive counts, else -1.
         """
-        self._ask = ask
-        self._answer = answer
+        self._conductor = conductor
+        self._typist = typist
+        self._patience_ns = round(patience * SECOND_NS)
         self._sign = sign
         self._level = 0
 
@@ -141,17 +168,28 @@ class TypedSensor:
         """Nothing is to be made ready."""
 
     def zero(self, axis: int) -> None:
-        """Ask for the zero to be set; the drives hold no torque."""
-        self._ask(f"Axis {axis} gives no torque now: set the display to zero before the first level.")
+        """Ask for the zero to be set, and wait until it is; the drives hold no torque.
+
+        Raises:
+            NoReading: Nobody says that it is.
+        """
+        until_ns = self._conductor.now_ns() + self._patience_ns
+        self._typist.ask(f"Axis {axis} gives no torque now: set the display to zero, then press Enter.")
+        while self._typist.answer() is None:
+            if self._conductor.now_ns() > until_ns:
+                raise NoReading(
+                    f"axis {axis}: nobody has set the display to zero within {self._patience_ns / SECOND_NS:g} s"
+                )
+            self._conductor.group.wait(_GLANCE)
 
     def begin(self, level: int) -> None:
         """Ask for a reading."""
         self._level = level
-        self._ask(f"Level {level} counts: what does the display show [N·m]?")
+        self._typist.ask(f"Level {level} counts: what does the display show [N·m]?")
 
     def result(self) -> Averaged | None:
         """What was typed, if it is a number."""
-        line = self._answer()
+        line = self._typist.answer()
         if line is None:
             return None
         line = line.strip().replace(",", ".")
@@ -160,7 +198,7 @@ class TypedSensor:
         except ValueError:
             torque = nan
         if not isfinite(torque):
-            self._ask(f"{line!r} is no number of N·m, such as 0.215. Level {self._level} counts: again?")
+            self._typist.ask(f"{line!r} is no number of N·m, such as 0.215. Level {self._level} counts: again?")
             return None
         return Averaged(self._sign * torque, rounding(line), 1, overloaded=False)
 

@@ -28,6 +28,8 @@ _HANGING_TOGETHER: Final = 0.5
 """Time over which residuals may hang together [s]: what an irregular hand and geometry leave turns over slowly."""
 _LARGEST: Final = 20.0
 """How many times larger a motion is looked at to say how large it must be."""
+_ROUNDS: Final = 2
+"""Of least squares: the first finds the residuals' size, with which the second weighs the tolerance."""
 _NORMAL: Final = 1.96
 """Standard deviations either side that hold 95 % of a normal distribution."""
 NAMES: Final = (
@@ -120,25 +122,29 @@ def find_zeros(
     require_enough(model, theta, observed, start)
     about = close(Geometry.of(model), theta, np.array(start)).position
     problem = _Problem(Geometry.of(model), theta, about, 0.0 if tolerance is None else tolerance)
-    unknowns = LEGS + (0 if tolerance is None else len(NAMES))
-    first = problem.rows(np.zeros(unknowns))[0]
-    sigma = 1.0
-    solution = np.zeros(unknowns)
-    for _ in range(2):  # the tolerance weighs against the residuals' size, which the first round finds
-        solution = problem.solve(solution, sigma)
-        sigma = math.sqrt(float(np.mean(problem.rows(solution)[0] ** 2)))
+    solution, sigma = problem.solved(LEGS + (0 if tolerance is None else len(NAMES)))
     residuals, slopes = problem.rows(solution)
     half = _half_widths(residuals, slopes, round(_HANGING_TOGETHER / period), sigma)
     zeros = solution[:LEGS]
-    low, high = zeros - half[:LEGS], zeros + half[:LEGS]
-    found = solution[LEGS:] * problem.tolerance
-    width = half[LEGS:] * problem.tolerance
-    lengths = {
+    return Zeros(
+        zeros,
+        zeros - half[:LEGS],
+        zeros + half[:LEGS],
+        residuals,
+        problem.rows(np.zeros(len(solution)))[0],
+        close(problem.geometry(solution), theta + zeros, problem.start).position,
+        observed,
+        _lengths(problem.tolerance * solution[LEGS:], problem.tolerance * half[LEGS:]),
+    )
+
+
+def _lengths(found: Array, half: Array) -> dict[str, tuple[float, float, float]]:
+    """Value, low and high of each length that was sought, by name."""
+    names = NAMES[: len(found)]
+    return {
         name: (value, value - by, value + by)
-        for name, value, by in zip(NAMES[: len(found)], found.tolist(), width.tolist(), strict=True)
+        for name, value, by in zip(names, found.tolist(), half.tolist(), strict=True)
     }
-    closed = close(problem.geometry(solution), theta + zeros, problem.start)
-    return Zeros(zeros, low, high, residuals, first, closed.position, observed, lengths)
 
 
 def different(q: Array) -> Array:
@@ -254,6 +260,14 @@ class _Problem:
             bases = by_leg[:, :, :2].reshape(len(slopes), 2 * LEGS)
             slopes = np.concatenate([slopes, bases, by_leg[:, :, 2], by_leg[:, :, 3]], axis=1)
         return closed.residuals, slopes
+
+    def solved(self, count: int) -> tuple[Array, float]:
+        """So many unknowns, and the size of a residual [rad]; the tolerance weighs against what a round finds of it."""
+        solution, sigma = np.zeros(count), 1.0
+        for _ in range(_ROUNDS):
+            solution = self.solve(solution, sigma)
+            sigma = math.sqrt(float(np.mean(self.rows(solution)[0] ** 2)))
+        return solution, sigma
 
     def solve(self, first: Array, sigma: float) -> Array:
         """The unknowns, from a first guess; `sigma` is the size of a residual [rad]."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from torquerig.assembly import Rig, Simulation, nanoseconds, node_timing, open_rig, simulated_drives
+from torquerig.buses import FrameLog
 from torquerig.configuration import Configuration
 from torquerig.device_sim.devices import SimulatedDevices
 from torquerig.device_sim.plant import TruthLog
@@ -53,7 +54,7 @@ def build_bench(settings: Settings, _truth: TruthLog | None = None, *, axes: tup
 
 
 @contextmanager
-def open_bench(configuration: Configuration, tap: Tap | None = None) -> Iterator[Rig]:
+def open_bench(configuration: Configuration, tap: Tap | FrameLog | None = None) -> Iterator[Rig]:
     """As `assembly.open_rig`, with the bench behind `lockstep:`.
 
     Args:

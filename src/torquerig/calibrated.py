@@ -16,10 +16,12 @@ from torquerig.toml_text import Place, places
 CALIBRATION_FILE: Final = "calibration.toml"
 MEASURED: Final = "measured"
 PROVENANCE: Final = "provenance"
+RUN_OF: Final = " of "
+"""Between the name of a procedure and the date of a run of it that was not its last one."""
 KEYS: Final = (
     r"axes\.[123]\.(sign|encoder_zero|counts_per_nm_positive|counts_per_nm_negative)",
-    r"model\.(link_length|bases|actuator_inertia|active_viscous|passive_viscous)",
-    r"drive\.(sample|reaction)",
+    r"model\.(link_length|bases|actuator_inertia|active_viscous|passive_viscous|active_coulomb)",
+    r"latency\.(sample|reaction|current_lag)",
 )
 """Which keys of the configuration calibration.toml may set, as regular expressions."""
 _KNOWN: Final = re.compile("|".join(KEYS))
@@ -81,8 +83,13 @@ def require_known(key: str, whose: str) -> None:
     if not _KNOWN.fullmatch(key):
         raise ConfigurationError(
             f"{whose}: {key} is not for a calibration to set; it may set axes.N.sign, encoder_zero and counts_per_nm_*,"
-            " geometry, inertia and friction of [model], and sample and reaction of [drive]"
+            " geometry, inertia and friction of [model], and [latency]"
         )
+
+
+def procedure_of(run: str) -> str:
+    """Which procedure a table of [measured] or [provenance] is of: "torque of 2026-11-22T05:00:00" is of torque."""
+    return run.partition(RUN_OF)[0]
 
 
 def _tables(path: Path, tables: dict[str, Any], name: str) -> dict[str, dict[str, Any]]:
@@ -108,4 +115,4 @@ def _line(stand: Mapping[str, Place], key: str) -> str:
 def _origin(key: str, provenance: Mapping[str, Mapping[str, Any]]) -> str:
     """Which procedure set a key, and on which day; the last one that says so."""
     made = [(str(facts.get("date", "")), name) for name, facts in provenance.items() if key in facts.get("set", ())]
-    return f" ({max(made)[1]}, {max(made)[0][:10]})" if made else ""
+    return f" ({procedure_of(max(made)[1])}, {max(made)[0][:10]})" if made else ""

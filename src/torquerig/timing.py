@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from torquerig.control.log import LoopLog
 from torquerig.control.tracking import overrun_rows
+from torquerig.json_numbers import finite
 
 NS_PER_US = 1e3
 NS_PER_S = 1e9
@@ -138,15 +139,6 @@ def timing_of(log: LoopLog) -> Timing:
         tpdo_us_by_drive=tuple(map(Distribution.of, times.tpdo_by_drive)),
         overruns_at_s=tuple((log.due_ns[: log.rows][overrun_rows(log)] / NS_PER_S).tolist()),
     )
-
-
-def finite(value: object) -> object:
-    """A value as JSON can hold it: each NaN in it turned into None."""
-    if isinstance(value, dict):
-        return {key: finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _known_us(times_ns: NDArray[np.float64]) -> NDArray[np.float64]:

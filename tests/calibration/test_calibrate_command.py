@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-import signal
 import tomllib
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,8 +11,9 @@ import pytest
 
 from torquerig.assembly import open_rig
 from torquerig.calibrating.catalogue import PROCEDURES, offer
-from torquerig.calibrating.conducting import Consent, Task, conduct
+from torquerig.calibrating.conducting import conduct
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.task import Consent, Task
 from torquerig.calibration.procedure import Plan, Unwatched
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
@@ -22,7 +22,6 @@ from torquerig.device_sim.drive.fault_injection import Injection
 from torquerig.driver.errors import DriveFault
 from torquerig.driver.wire.cia402 import DriveState
 from torquerig.errors import ConfigurationError, RecordError
-from torquerig.stopping import Stopped
 
 
 @pytest.fixture(autouse=True)
@@ -65,40 +64,6 @@ def assert_without_torque(simulation) -> None:
     assert {drive.state for drive in drives} <= {DriveState.SWITCH_ON_DISABLED, DriveState.FAULT}
 
 
-def raise_stopped() -> None:
-    raise Stopped(signal.SIGINT)
-
-
-def test_ctrl_c_in_the_middle_leaves_no_torque_and_the_old_calibration(tmp_path):
-    old = tmp_path / "calibration.toml"
-    old.write_text("[axes.1]\nsign = 1\n")
-    seen: list = []
-    with pytest.raises(Stopped):
-        conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(raise_stopped))
-    assert_without_torque(seen[0])
-    assert old.read_text() == "[axes.1]\nsign = 1\n"
-    assert [each.name for each in tmp_path.glob("calibration.toml*")] == ["calibration.toml"]
-    (record,) = (tmp_path / "calibration-data").iterdir()
-    facts = json.loads((record / "run.json").read_text())
-    assert facts["ended"] == "stopped by SIGINT"
-    assert (record / "cycles.parquet").exists()
-
-
-def test_a_drives_fault_in_the_middle_leaves_no_torque_and_the_old_calibration(tmp_path):
-    old = tmp_path / "calibration.toml"
-    old.write_text("[axes.1]\nsign = 1\n")
-    seen: list = []
-
-    def fault() -> None:
-        drive = seen[0].devices.nodes[2]
-        drive.inject(Injection.OVERCURRENT, seen[0].machine.now_ns)
-
-    with pytest.raises(DriveFault, match="drive 2"):
-        conduct(prepared(seen), tmp_path, Consent("me", "test"), Interrupter(fault))
-    assert_without_torque(seen[0])
-    assert old.read_text() == "[axes.1]\nsign = 1\n"
-
-
 def nothing_opens(_configuration, _tap):
     pytest.fail("the bus was opened")
 
@@ -126,7 +91,7 @@ def full(path, *_rest):
 
 
 def test_a_disk_that_gets_full_leaves_the_cycles_and_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr("torquerig.calibrating.conducting.write_run", full)
+    monkeypatch.setattr("torquerig.calibrating.notes.write_run", full)
     monkeypatch.setattr("torquerig.record.BusLog.write", lambda _log, path, *_rest: full(path))
     with pytest.raises(RecordError, match="No space left on device"):
         conduct(prepared([]), tmp_path, Consent("me", "test"), Unwatched())
@@ -143,7 +108,7 @@ def test_a_figure_that_cannot_be_written_is_one_sentence(tmp_path):
 
 
 def test_a_full_disk_does_not_hide_the_drives_fault(tmp_path, monkeypatch):
-    monkeypatch.setattr("torquerig.calibrating.conducting.write_run", full)
+    monkeypatch.setattr("torquerig.calibrating.notes.write_run", full)
     seen: list = []
 
     def fault() -> None:
@@ -208,13 +173,14 @@ def test_json_is_one_object_with_the_truth_and_the_files(tmp_path, capsys):
     assert main(["calibrate", "latency", "--steps", "60", "--json", "--out", str(tmp_path / "here")]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["verdict"] == "ok"
-    assert printed["truth"] == {"sample_us": 20.0, "reaction_us": 50.0, "lag_us": 100.0}
+    assert printed["truth"].items() >= {"sample_us": 20.0, "reaction_us": 50.0}.items()
     assert printed["calibration"] == str(tmp_path / "here" / "calibration.toml")
     tables = tomllib.loads((tmp_path / "here" / "calibration.toml").read_text())
-    assert tables["drive"]["reaction"] == pytest.approx(50e-6, abs=5e-6)
+    assert tables["latency"]["reaction"] == pytest.approx(50e-6, abs=5e-6)
     provenance = tables["provenance"]["latency"]
     assert provenance["agreed"] == "nobody: nothing real moves"
-    assert provenance["drives"][0].startswith("node 1: vendor")
+    assert provenance["simulated"] is True
+    assert provenance["drives"][0] == {"node": 1, "vendor": 0, "product": 1, "revision": 65536, "serial": 1}
     record = tmp_path / "here" / provenance["record"]
     assert {"run.json", "cycles.parquet", "steps.parquet", "truth.parquet", "bus.log", "latency.png"} <= {
         each.name for each in record.iterdir()
@@ -227,6 +193,54 @@ def test_the_same_seed_gives_the_same_result(capsys):
         assert main(["calibrate", "latency", "--steps", "40", "--json", "--seed", "7"]) == 0
         printed.append(json.loads(capsys.readouterr().out)["axes"])
     assert printed[0] == printed[1]
+
+
+def test_a_calibration_that_a_result_is_added_to_is_in_force_and_told(tmp_path, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    there = out / "calibration.toml"
+    there.write_text("[axes.1]\ncounts_per_nm_positive = 10000.0\ncounts_per_nm_negative = 10000.0\n")
+    asked = ["calibrate", "latency", "--steps", "40", "--axis", "1", "--torque", "0.01", "--json", "--out", str(out)]
+    assert main(asked) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert f"In force: the calibration {there}." in printed["notes"]
+    (record,) = (out / "calibration-data").iterdir()
+    used = json.loads((record / "run.json").read_text())["configuration"]["axes"]["1"]
+    assert used["counts_per_nm_positive"] == 10000.0
+    assert tomllib.loads(there.read_text())["axes"]["1"]["counts_per_nm_positive"] == 10000.0
+
+
+def test_a_new_calibration_is_begun_without_the_old_one_in_force(tmp_path, capsys):
+    old = "[axes.1]\nsign = 1\n"
+    (tmp_path / "calibration.toml").write_text(old)
+    assert main(["calibrate", "latency", "--steps", "40", "--json", "--replace"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["kept"] == "calibration.toml.1"
+    assert (tmp_path / "calibration.toml.1").read_text() == old
+    assert "axes" not in tomllib.loads((tmp_path / "calibration.toml").read_text())
+    assert not any("In force" in note for note in printed["notes"])
+
+
+def test_two_calibrations_at_once_are_one_sentence(tmp_path, capsys):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "calibration.toml").write_text("[axes.1]\nsign = 1\n")
+    asked = ["calibrate", "latency", "--dry-run", "--calibration", "a/calibration.toml"]
+    assert main([*asked, "--out", "b"]) == 2
+    assert "a result cannot be added to b/calibration.toml" in capsys.readouterr().err
+    assert main([*asked, "--out", "a"]) == 0
+
+
+def test_a_file_of_readings_is_evaluated_without_a_bus_and_without_consent(tmp_path, capsys):
+    levels = tmp_path / "levels.csv"
+    levels.write_text(
+        "\n".join(f"{way * level},{way * level / 20100:.6f}" for way in (1, -1) for level in range(3500, 8001, 500))
+    )
+    options = ["--axis", "1", "--sensor", "csv", "--readings", str(levels), "--bus", "unix:/nowhere/at/all", "--json"]
+    assert main(["calibrate", "torque", *options]) == 0
+    assert json.loads(capsys.readouterr().out)["axes"][0]["average"] == pytest.approx(20100, abs=2)
+    facts = tomllib.loads((tmp_path / "calibration.toml").read_text())["provenance"]["torque"]
+    assert "drives" not in facts
 
 
 def test_a_failed_verdict_exits_with_4_and_writes_no_calibration(tmp_path, capsys):

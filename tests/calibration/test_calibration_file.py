@@ -158,3 +158,19 @@ def test_a_bad_calibration_is_one_sentence(place, capsys, text, sentence):
 def test_a_calibration_that_is_not_there_is_one_sentence(capsys):
     assert main(["config", "--calibration", "nowhere.toml"]) == 2
     assert "cannot read the calibration nowhere.toml" in capsys.readouterr().err
+
+
+def test_what_is_simulated_does_not_follow_what_was_measured_of_it(place):
+    measured = {
+        "model__link_length": 0.0702,
+        "latency__reaction": 3e-4,
+        "model__active_coulomb": 1.6,
+        "axes__1__sign": -1,
+    }
+    deposit(place, "direction", result(**measured), FACTS)
+    options = {"calibration.file": str(place), "drive.reaction": 8e-5}
+    loaded, plain = load_configuration(options=options), load_configuration(options={"drive.reaction": 8e-5})
+    assert (loaded.rig.model.link_length, loaded.rig.latency.reaction) == (0.0702, 3e-4)
+    assert loaded.rig.model.active_coulomb == 1.6
+    without_name = loaded.simulated.model_copy(update={"calibration": plain.rig.calibration})
+    assert without_name == plain.rig == plain.simulated

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from torquerig.calibrating.catalogue import offer
-from torquerig.calibrating.conducting import Task, perform
+from torquerig.calibrating.conducting import perform
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.task import Task
 from torquerig.calibration.procedure import Grade, Unwatched
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
@@ -32,6 +33,8 @@ def test_identify_finds_the_plant_within_a_percent_and_shows_the_thesis_bias(tmp
     assert result.verdict.grade is Grade.OK
     for name, value in truth.items():
         assert result.facts["recommended"][name] == pytest.approx(value, rel=0.01)
+        low, high = result.facts["intervals"][name]
+        assert low <= value <= high
     assert result.facts["thesis"]["I1"] > 1.3 * truth["I1"]
     assert set(result.facts["thesis"]) == {"I1", "K1", "K2"}
     assert result.facts["condition_number"] < 5
@@ -48,6 +51,8 @@ def test_zeros_finds_a_home_fixture_that_is_off(tmp_path):
     assert result.verdict.grade is Grade.OK
     assert np.max(np.abs(truth["zeros_deg"])) > 0.5
     np.testing.assert_allclose(result.facts["zeros_deg"], truth["zeros_deg"], atol=0.002)
+    for true, (low, high) in zip(truth["zeros_deg"], result.facts["intervals_deg"], strict=True):
+        assert low <= true <= high
     np.testing.assert_allclose(
         [result.settings[f"axes.{leg}.encoder_zero"] for leg in (1, 2, 3)], np.radians(result.facts["zeros_deg"])
     )

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from torquerig.calibrating.catalogue import offer
-from torquerig.calibrating.conducting import Task, perform
+from torquerig.calibrating.conducting import perform
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.task import Task
 from torquerig.calibration.procedure import Grade, Unwatched
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
 
 WIRED = "simulator.installation."
+UNLIKE = {"plant.fitted.coulomb": [3.85, 2.96, 0.2], "plant.fitted.breakaway": [3.85, 2.96, 0.2]}
 
 
 def carry_out(name, keys, seed=0, **options):
@@ -34,28 +36,46 @@ def known_gains():
 @pytest.mark.parametrize(
     ("plant", "keys", "words"),
     [
-        ("fitted", {}, None),
-        ("identified", {}, None),
-        ("fitted", {"encoder_sign": [1, -1, 1]}, "axis 2: wrong encoder sign"),
-        ("identified", {"torque_sign": [-1, 1, 1]}, "axis 1: wrong torque sign"),
-        ("fitted", {"motors": [2, 1, 3], "encoders": [2, 1, 3]}, "axes 1 and 2 are swapped"),
-        ("ideal", {"encoders": [3, 2, 1]}, "the encoders of axes 1 and 3 are swapped"),
-        ("fitted", {"gear_factor": [1.0, 1.2, 1.0]}, "axis 2: wrong gear or encoder counts, it shows 1.2"),
-        ("ideal", {"encoder_counts": [8000, 8000, 4000]}, "axis 3: wrong gear or encoder counts, it shows 0.49"),
-        ("fitted", {"coupling": [0.05, 1e3, 1e3]}, "axis 1: its motor turns and the joint does not"),
+        ("fitted", {}, []),
+        ("identified", {}, []),
+        ("fitted", {"encoder_sign": [1, -1, 1]}, ["axis 2: wrong encoder sign"]),
+        ("identified", {"torque_sign": [-1, 1, 1]}, ["axis 1: wrong torque sign"]),
+        ("ideal", {"encoders": [3, 2, 1]}, ["the encoders of axes 1 and 3 are swapped"]),
+        ("unlike", {"gear_factor": [1.0, 1.06, 1.0]}, ["axis 2: wrong gear or encoder counts, it shows 1.06"]),
+        (
+            "fitted",
+            {"motors": [2, 1, 3], "encoders": [2, 1, 3], "encoder_sign": [1, 1, -1]},
+            ["axes 1 and 2 are swapped", "axis 3: wrong encoder sign"],
+        ),
+        (
+            "fitted",
+            {"coupling": [0.08, 1e3, 1e3], "gear_factor": [1.0, 1.2, 1.0]},
+            [
+                "axis 2: wrong gear or encoder counts, it shows 1.2",
+                "axis 1: its motor turns and the joint does not",
+            ],
+        ),
+        (
+            "unlike",
+            {"torque_sign": [1, 1, -1], "encoder_counts": [8000, 4000, 8000]},
+            ["axis 3: wrong torque sign", "axis 2: wrong gear or encoder counts, it shows 0.5"],
+        ),
     ],
 )
-def test_direction_names_the_fault_that_the_rig_has(plant, keys, words):
+def test_direction_names_the_faults_that_the_rig_has(plant, keys, words):
     faults = {WIRED + key: value for key, value in keys.items()}
-    result, _ = carry_out("direction", {"simulator.plant": plant} | faults, rate=0.4)
-    if words is None:
+    machine = UNLIKE if plant == "unlike" else {"simulator.plant": plant}
+    result, _ = carry_out("direction", machine | faults, rate=0.4)
+    if not words:
         assert result.verdict.grade is Grade.OK
         assert result.settings == {"axes.1.sign": 1, "axes.2.sign": 1, "axes.3.sign": 1}
-    else:
-        assert result.verdict.grade is Grade.FAILED
-        assert result.verdict.reasons[0].startswith(words)
-        assert result.verdict.advice
-        assert not result.settings
+        return
+    assert result.verdict.grade is Grade.FAILED
+    assert len(result.facts["faults"]) == len(words)
+    for told, begin in zip(result.verdict.reasons, words, strict=False):
+        assert told.startswith(begin)
+    assert result.verdict.advice
+    assert not result.settings
 
 
 def test_direction_turns_an_axis_round_that_counts_the_other_way():
@@ -116,13 +136,15 @@ def test_latency_recovers_delay_and_lag(seed):
     keys = {"drive.reaction": reaction, "drive.sample": sample, "plant.fitted.current_lag": lag}
     result, truth = carry_out("latency", keys, seed, steps=80)
     assert result.verdict.grade is Grade.OK
-    assert result.settings["drive.sample"] == pytest.approx(sample, abs=1e-6)
-    assert result.settings["drive.reaction"] == pytest.approx(reaction, abs=5e-6)
+    found = {"latency.sample": sample, "latency.reaction": reaction, "latency.current_lag": lag}
+    assert result.settings == pytest.approx(found, abs=4e-6)
+    rows = {each.name: each for each in result.estimates if each.name in found}
+    assert all(rows[key].low <= rows[key].value <= rows[key].high for key in found)
     for axis in result.facts["axes"]:
         delay = truth["reaction_us"] + 95 * axis["axis"]
         margin = 3.0  # the wire's arbitration moves single steps by a few microseconds
         assert axis["delay_us"]["low"] - margin <= delay <= axis["delay_us"]["high"] + margin
-        assert axis["lag_us"]["low"] - margin <= truth["lag_us"] <= axis["lag_us"]["high"] + margin
+        assert axis["lag_us"]["low"] - margin <= truth["current_lag_us"] <= axis["lag_us"]["high"] + margin
 
 
 @pytest.mark.parametrize("nodes", [(3, 2, 1), (7, 2, 5)])

@@ -15,7 +15,7 @@ from torquerig.calibration.conductor import Conductor
 from torquerig.calibration.procedure import Grade
 from torquerig.calibration.torque import PER_DIRECTION, Timing, TorqueProcedure
 from torquerig.calibration.torque_levels import HeldLevels, Schedule
-from torquerig.calibration.torque_sensors import TypedSensor, WireSensor
+from torquerig.calibration.torque_sensors import WireSensor
 from torquerig.cli import main
 from torquerig.configuration import load_configuration
 from torquerig.control.errors import LimitExceeded
@@ -26,13 +26,15 @@ from torquerig.errors import ConfigurationError
 
 PERIOD_NS = 4_000_000
 SAMPLES = 6
+PATIENCE = 0.1
 QUICK = Schedule(levels=4, ramp=1e6)
 RIGS = 20
 
 
 def procedure(configuration, schedule=QUICK, maker=None, **parameters):
     settings = transducer_settings(configuration.rig)
-    source = HeldLevels(maker or (lambda conductor: WireSensor(conductor, settings, SAMPLES)), schedule, settle=0.012)
+    maker = maker or (lambda conductor: WireSensor(conductor, settings, SAMPLES))
+    source = HeldLevels(maker, schedule, settle=0.012, patience=PATIENCE)
     return TorqueProcedure((1,), source, schedule, Timing(0.012, 0.1), (20100.0,) * 3, **parameters)
 
 
@@ -191,9 +193,7 @@ def test_the_command_fits_a_file_and_prints_one_object(tmp_path, capsys):
     assert axis["positive"]["counts_per_nm"] == pytest.approx(20670, abs=1)
     assert axis["negative"]["low"] <= 19528 <= axis["negative"]["high"]
     assert axis["average"] == pytest.approx(20099, abs=1)
-    assert told["truth"]["axes"] == [
-        {"axis": 2, "positive": 20670.0, "negative": 19528.0, "average": 20099.0, "friction_nm": 0.02}
-    ]
+    assert told["truth"] == {}  # of whatever bench the file is of
     assert (tmp_path / "calibration.toml").exists()
 
 
@@ -212,21 +212,6 @@ def test_a_rotor_that_is_not_locked_stops_at_once_and_gives_no_torque_then():
     assert (drive.torque_demand, drive.store.get(0x6041) & 0x6F) == (0.0, 0x40)  # switch on disabled
 
 
-def test_a_person_can_read_the_display():
-    """What the display shows is the motor's nominal torque: the person types what the levels ask for."""
-    asked = []
-    lines = []
-
-    def ask(words):
-        asked.append(words)
-        if words.startswith("Level"):
-            lines.append(f"{int(words.split()[1]) / 20100:.4f}")
-
-    result = calibrate(maker=lambda _: TypedSensor(ask, lambda: lines.pop() if lines else None))
-    assert result.facts["axes"][0]["average"] == pytest.approx(20100, abs=20)
-    assert len(asked) == 1 + 16
-
-
 def test_the_offer_knows_the_truth_of_the_simulator():
     told = truth(load_configuration(), Request(2))
     assert told == {
@@ -242,6 +227,7 @@ def test_the_offer_knows_the_truth_of_the_simulator():
         ({"levels": 1}, "--low, --high, --levels"),
         ({"settle": -1.0}, "--settle -1 cannot be"),
         ({"average": 0.001}, "--average 0.001 cannot be"),
+        ({"patience": 0.0}, "--patience 0 cannot be"),
         ({"sensor": "csv"}, "--sensor csv needs --readings FILE"),
     ],
 )

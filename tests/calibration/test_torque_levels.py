@@ -1,9 +1,15 @@
 """Schedules of levels, levels out of files, and readings that somebody types."""
 
+import os
+import select
+from types import SimpleNamespace
+
 import pytest
 
+from torquerig.calibrating.keyboard import Keyboard
 from torquerig.calibration.torque_levels import Schedule, read_levels
 from torquerig.calibration.torque_sensors import TypedSensor
+from torquerig.errors import ConfigurationError
 
 
 def test_the_schedule_goes_up_beyond_and_down_in_both_directions():
@@ -63,23 +69,78 @@ def test_an_empty_file_is_told():
         read_levels(["# nothing"], "levels.csv")
 
 
+class Typist:
+    """Somebody who is asked, and types what he has."""
+
+    def __init__(self, *lines):
+        self.asked = []
+        self.lines = list(lines)
+
+    def ask(self, question):
+        self.asked.append(question)
+
+    def answer(self):
+        return self.lines.pop(0) if self.lines else None
+
+
+CONDUCTOR = SimpleNamespace(now_ns=lambda: 0)
+
+
 def test_a_typed_reading_is_taken_with_its_sign_and_a_comma():
-    asked, lines = [], ["0,215"]
-    sensor = TypedSensor(asked.append, lambda: lines.pop() if lines else None, sign=-1)
+    typist = Typist("", "0,215")
+    sensor = TypedSensor(CONDUCTOR, typist, patience=1.0, sign=-1)
     sensor.zero(2)
     sensor.begin(4000)
     assert sensor.result().torque == -0.215
     assert sensor.result() is None
-    assert asked == [
-        "Axis 2 gives no torque now: set the display to zero before the first level.",
+    assert typist.asked == [
+        "Axis 2 gives no torque now: set the display to zero, then press Enter.",
         "Level 4000 counts: what does the display show [N·m]?",
     ]
 
 
 @pytest.mark.parametrize("line", ["", "0.2 Nm", "inf"])
 def test_what_is_no_number_is_asked_for_again(line):
-    asked = []
-    sensor = TypedSensor(asked.append, lambda: line)
+    typist = Typist(line)
+    sensor = TypedSensor(CONDUCTOR, typist, patience=1.0)
     sensor.begin(4000)
     assert sensor.result() is None
-    assert "is no number of N·m, such as 0.215. Level 4000 counts: again?" in asked[-1]
+    assert "is no number of N·m, such as 0.215. Level 4000 counts: again?" in typist.asked[-1]
+
+
+@pytest.fixture
+def terminal():
+    person, program = os.openpty()
+    yield person, Keyboard(wait=False, descriptor=program)
+    os.close(person)
+    os.close(program)
+
+
+def typed(person, keyboard, text):
+    """Type, and wait until the terminal has it."""
+    os.write(person, text)
+    select.select([keyboard._descriptor], [], [], 5.0)
+
+
+def test_what_was_typed_before_the_question_is_no_answer(terminal):
+    person, keyboard = terminal
+    typed(person, keyboard, b"0.1\n0.2\n")
+    keyboard.ask("what now?")
+    assert keyboard.answer() is None
+    typed(person, keyboard, b"0.3\n0.4\n")
+    assert keyboard.answer() == "0.3"
+    keyboard.ask("and now?")
+    assert keyboard.answer() is None
+
+
+def test_lines_of_a_program_are_taken_in_their_order():
+    ours, theirs = os.pipe()
+    os.write(theirs, b"0.1\n0.2\n")
+    keyboard = Keyboard(wait=True, descriptor=ours)
+    for expected in ("0.1", "0.2"):
+        keyboard.ask("how much?")
+        assert keyboard.answer() == expected
+    os.close(theirs)
+    with pytest.raises(ConfigurationError, match="standard input has ended"):
+        keyboard.answer()
+    os.close(ours)

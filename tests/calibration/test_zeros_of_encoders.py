@@ -6,8 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torquerig.calibrating.catalogue import offer
+from torquerig.calibrating.offer import Request
 from torquerig.calibration.closure import Geometry, close
+from torquerig.calibration.encoder_zeros import Recorded
+from torquerig.calibration.procedure import Grade
 from torquerig.calibration.zeros import MotionTooSmall, find_zeros
+from torquerig.calibration.zeros_scale import wrong_scales
+from torquerig.configuration import load_configuration
 from torquerig.mechanism import HOME, Manipulator, SingularPoseError
 
 THESIS = Manipulator.thesis()
@@ -80,6 +86,44 @@ def test_a_motion_that_is_none_is_refused(q):
 def test_angles_that_no_mechanism_has_are_said_to_be_far_off():
     with pytest.raises(SingularPoseError, match="cannot close"):
         find_zeros(THESIS, rounded(angles(path(0.01))) + np.array([2.5, -1.0, 0.0]), PERIOD, start=HOME)
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.99, 1.06, 1.25])
+@pytest.mark.parametrize("axis", range(3))
+def test_one_axis_scale_is_told_from_zeros_that_are_off_as_well(axis, scale):
+    true, off = angles(path(0.01, 1, seconds=10.0)), np.radians([0.3, -0.5, 0.2])
+    homed = THESIS.inverse_kinematics(HOME).theta
+    shown = true.copy()
+    shown[:, axis] = homed[axis] + scale * (true[:, axis] - homed[axis])
+    best, *others = wrong_scales(THESIS, rounded(shown) - off, start=HOME, homed=homed - off)
+    assert best.axis == axis + 1
+    assert best.scale == pytest.approx(scale, rel=2e-3)
+    assert best.rms < COUNT
+    assert all(other.rms > 2 * COUNT for other in others)
+
+
+@pytest.mark.parametrize(
+    ("scales", "words", "advice"),
+    [
+        ((1.0, 1.06, 1.0), "axis 2: wrong gear or encoder counts, it shows 1.06 times", "axes.2.gear = 26.5 would"),
+        ((1.0, 1.0, 0.5), "axis 3: wrong gear or encoder counts, it shows 0.5 times", "axes.3.encoder_counts = 4000"),
+        (
+            (1.1, 1.05, 1.0),
+            "1 is the most that rounding explains, and no one axis' scale",
+            "direction first",
+        ),
+    ],
+)
+def test_a_wrong_gear_fails_and_says_what_to_do(scales, words, advice):
+    made = offer("zeros")
+    request = Request(None, {each.name.replace("-", "_"): each.default for each in made.options} | {"by_hand": True})
+    procedure = made.make(load_configuration(), request)
+    homed = THESIS.inverse_kinematics(HOME).theta
+    shown = homed + np.array(scales) * (angles(path(0.01, 1, seconds=10.0)) - homed)
+    result = procedure.evaluate(Recorded(PERIOD, rounded(shown)))
+    assert result.verdict.grade is Grade.FAILED
+    assert words in result.verdict.reasons[0]
+    assert advice in result.verdict.advice[0]
 
 
 def test_geometry_is_sought_near_the_drawing_and_its_freedoms_stay_as_uncertain_as_the_drawing():

@@ -1,19 +1,31 @@
 """Writing calibration.toml: what was there stays unless it was measured anew, and the old file is kept beside it."""
 
+import fcntl
 import os
 import re
+import time
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from torquerig.calibrated import CALIBRATION_FILE, MEASURED, PROVENANCE, Calibration, read_calibration, require_known
+from torquerig.calibrated import (
+    CALIBRATION_FILE,
+    MEASURED,
+    PROVENANCE,
+    RUN_OF,
+    Calibration,
+    procedure_of,
+    read_calibration,
+    require_known,
+)
 from torquerig.calibration.procedure import Estimate, Result
 from torquerig.configuration import Configuration
 from torquerig.errors import RecordError
+from torquerig.provenance import Drives, refuse_others
 from torquerig.stopping import undisturbed
 from torquerig.toml_text import write, write_key
 
@@ -22,6 +34,9 @@ _HEAD: Final = """\
 # the configuration, loads it. [measured] and [provenance] are for people: how well, when and on what it was measured.
 """
 _EMPTY: Final = Calibration({}, {}, {}, {})
+PATIENCE: Final = 10.0
+"""How long another procedure may take to write [s]; our choice: it needs some milliseconds."""
+_ASK_AGAIN: Final = 0.05
 
 
 class Deposit(NamedTuple):
@@ -63,39 +78,104 @@ def target_of(configuration: Configuration, place: Path | None) -> Path:
     return path
 
 
-def deposit(path: Path, name: str, result: Result, provenance: Mapping[str, Any]) -> Deposit:
+def deposit(
+    path: Path,
+    name: str,
+    result: Result,
+    provenance: Mapping[str, Any],
+    *,
+    found: Drives | None = None,
+    replace: bool = False,
+) -> Deposit:
     """Write a procedure's result into a calibration.
 
-    At any moment there is a whole calibration under the path, the old one or the new one.
+    There is always a whole calibration under the path, and who writes into one folder does so one after the other.
 
     Args:
         path: The calibration, which need not be there.
         name: The procedure.
         result: What it brought.
         provenance: Facts about how.
+        found: The drives that it was measured on; None where nobody knows.
+        replace: Begin anew, and only keep the old calibration beside the new one.
 
     Returns:
         What was written, and what was kept.
 
     Raises:
-        ConfigurationError: The calibration that is there cannot be read, or the result sets what it must not.
+        ConfigurationError: The calibration that is there cannot be read or is of other drives, or the result sets what
+            it must not.
         RecordError: It cannot be written.
+    """
+    facts = {**provenance, **(found.facts() if found else {})}
+    try:
+        with undisturbed(), _alone(path.parent):
+            old = read_calibration(path) if path.exists() and not replace else _EMPTY
+            refuse_others(path, old.provenance, found)
+            return Deposit(path, _replace(path, _text_for(path, _merged(old, name, result, facts))))
+    except RecordError:
+        raise
+    except OSError as error:
+        raise RecordError(f"cannot write the calibration {path}: {error.strerror}") from error
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Be the only one who writes a calibration in a folder.
+
+    Raises:
+        RecordError: Another one does, for long.
+    """
+    held = os.open(folder, os.O_RDONLY)
+    try:
+        give_up = time.monotonic() + PATIENCE
+        while not _is_locked(held):
+            if time.monotonic() >= give_up:
+                raise RecordError(
+                    f"another procedure has been writing into {folder} for {PATIENCE:g} s: see what it does"
+                )
+            time.sleep(_ASK_AGAIN)
+        yield
+    finally:
+        os.close(held)
+
+
+def _is_locked(held: int) -> bool:
+    """Whether an open folder is ours now."""
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks, such as some of the network: there one has to take care oneself
+        return True
+    return True
+
+
+def _merged(old: Calibration, name: str, result: Result, facts: Mapping[str, Any]) -> Calibration:
+    """A calibration with a result over what was there.
+
+    A run of a procedure keeps its tables as long as a value of it is in force: under the procedure's name the last one,
+    older ones with their date.
+
+    Raises:
+        ConfigurationError: The result sets what it must not.
     """
     for key in result.settings:
         require_known(key, f"procedure {name}")
-    old = read_calibration(path) if path.exists() else _EMPTY
-    new = Calibration(
-        old.settings | dict(result.settings),
-        {},
-        old.measured | {name: {each.name: _listed(each) for each in result.estimates}},
-        old.provenance | {name: {**provenance, "set": list(result.settings)}},
-    )
-    text = _text_for(path, new)
-    try:
-        with undisturbed():
-            return Deposit(path, _replace(path, text))
-    except OSError as error:
-        raise RecordError(f"cannot write the calibration {path}: {error.strerror}") from error
+    measured, provenance = dict(old.measured), {}
+    for run, before in old.provenance.items():
+        told = before.get("set", [])
+        kept = [key for key in told if key not in result.settings] if isinstance(told, list) else told
+        values = measured.pop(run, None)
+        if procedure_of(run) == name and not kept:
+            continue
+        as_name = f"{name}{RUN_OF}{before.get('date', '')}" if run == name else run
+        provenance[as_name] = {**before, **({"set": kept} if "set" in before else {})}
+        if values is not None:
+            measured[as_name] = values
+    measured[name] = {each.name: _listed(each) for each in result.estimates}
+    provenance[name] = {**facts, "set": list(result.settings)}
+    return Calibration(old.settings | dict(result.settings), {}, measured, provenance)
 
 
 def _text_for(path: Path, calibration: Calibration) -> str:
@@ -115,21 +195,31 @@ def _text_for(path: Path, calibration: Calibration) -> str:
 
 def _replace(path: Path, text: str) -> Path | None:
     """Put a text in the place of a file, which is kept under the next free number."""
-    fresh = path.with_name(f".{path.name}.new")
+    fresh = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
         with fresh.open("w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        kept = None
-        if path.exists():
-            kept = path.with_name(f"{path.name}.{_next_number(path)}")
-            kept.write_bytes(path.read_bytes())
+        kept = _keep(path, _next_number(path)) if path.exists() else None
         fresh.replace(path)
     except OSError:
         with suppress(OSError):
             fresh.unlink(missing_ok=True)
         raise
+    return kept
+
+
+def _keep(path: Path, number: int) -> Path:
+    """Give a file a second name, with this number or the next that is free; what is there is left alone."""
+    kept = path.with_name(f"{path.name}.{number}")
+    try:
+        os.link(path, kept)
+    except FileExistsError:
+        return _keep(path, number + 1)
+    except OSError:  # a file system on which a file has one name only
+        with kept.open("xb") as copy:
+            copy.write(path.read_bytes())
     return kept
 
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from torquerig.building import manipulator
-from torquerig.calibrating.figure import COLOURS, DESIRED, INK, drawn
+from torquerig.calibrating.drives import gearing
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration.direction import DirectionProcedure, Drawing
 from torquerig.calibration.procedure import Result
-from torquerig.calibration.wiring import Geometry
+from torquerig.calibration.pushes import Place
 from torquerig.configuration import Configuration
 from torquerig.errors import ConfigurationError
+from torquerig.picture import COLOURS, DESIRED, INK, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,9 +37,14 @@ def make(configuration: Configuration, request: Request) -> DirectionProcedure:
     if not 0 < rate <= 10:
         raise ConfigurationError(f"--rate {rate:g} N·m/s cannot be: above 0 and at most 10")
     model = manipulator(rig.model, rig.model)
-    geometry = Geometry(model.jacobians(rig.model.home)[1], model.task_inertia(rig.model.home))
-    first, second, third = (axis.sign for axis in rig.axes.legs)
-    return DirectionProcedure(geometry, (first, second, third), most, rate)
+    first, second, third = rig.axes.legs
+    return DirectionProcedure(
+        Place.of(model, rig.model.home),
+        (first.sign, second.sign, third.sign),
+        gearing(rig),
+        most,
+        rate,
+    )
 
 
 def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
@@ -48,12 +54,12 @@ def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
 
 def draw(result: Result, title: str, path: Path) -> None:
     """Each push's answer beside what the best explanation of it is."""
-    drawing = result.drawing
-    assert isinstance(drawing, Drawing)  # noqa: S101  (its own procedure's)
-    with drawn(path, title) as figure:
+    shown = result.drawing
+    assert isinstance(shown, Drawing)  # noqa: S101  (its own procedure's)
+    with drawing(title, path, (11.0, 6.0)) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
-        _answers(left, drawing)
-        _explanations(right, drawing)
+        _answers(left, shown)
+        _explanations(right, shown)
 
 
 def _answers(axes: "Axes", drawing: Drawing) -> None:
@@ -78,7 +84,7 @@ def _explanations(axes: "Axes", drawing: Drawing) -> None:
     axes.set_title("Explanations, the best first")
     axes.set_axis_off()
     lines = [
-        f"{number}. misfit {answer.misfit:.3f}\n    "
+        f"{number}. mistakes: {answer.hypothesis.mistakes}, work left over: {100 * answer.labour:.1f} %\n    "
         + ("\n    ".join(_wrapped(answer.hypothesis.words())) or "as configured")
         for number, answer in enumerate(drawing.answers, start=1)
     ]

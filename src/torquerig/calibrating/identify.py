@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 
 from torquerig import building
-from torquerig.calibrating.arbitration import places_on_the_wire
 from torquerig.calibrating.identify_figure import draw, draw_excitations
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration import excitations
@@ -18,11 +17,10 @@ from torquerig.calibration.differentiation import WINDOW
 from torquerig.calibration.driving import prepare
 from torquerig.calibration.excitation import Envelope, FourierMotion, worth
 from torquerig.calibration.identify import IdentifyProcedure
-from torquerig.calibration.regressor import Array
 from torquerig.configuration import Configuration
 from torquerig.control.laws import law_named
 from torquerig.control.loop import Controller
-from torquerig.driver.wire.frame import worst_case_bits
+from torquerig.delays import action_delay
 from torquerig.errors import ConfigurationError
 from torquerig.experiment import rehearse
 from torquerig.schema import Rig
@@ -34,9 +32,6 @@ TRACKING: Final = 0.003
 """What the machine may be off its path by; the excitation keeps so far from the limits [m]."""
 SHARE: Final = 0.8
 """Of the torque limit that an excitation may ask for: what is left is the controller's."""
-RPDO: Final = 4
-"""Bytes of a drive's RPDO1: controlword and raw torque; the group RPDO has 6, a third of them each."""
-GROUP_RPDO: Final = 6
 
 
 def make(configuration: Configuration, request: Request) -> IdentifyProcedure:
@@ -54,8 +49,9 @@ def make(configuration: Configuration, request: Request) -> IdentifyProcedure:
         )
     if not 1 <= options["periods"] <= 100:
         raise ConfigurationError(f"--periods {options['periods']} cannot be: 1 to 100")
-    if not 0 <= options["lag"] <= 0.01:
-        raise ConfigurationError(f"--lag {options['lag']:g} s cannot be: 0 to 0.01, a current loop's time constant")
+    lag = rig.latency.current_lag if options["lag"] is None else options["lag"]
+    if not 0 <= lag <= 0.01:
+        raise ConfigurationError(f"--lag {lag:g} s cannot be: 0 to 0.01, a current loop's time constant")
     controller = task_controller(rig, options["torque"])
     fit, validation = _motions(rig, controller, options)
     if options["picture"] is not None:
@@ -69,7 +65,7 @@ def make(configuration: Configuration, request: Request) -> IdentifyProcedure:
         (fit, tables[0]),
         (validation, tables[1]),
         options["torque"],
-        action_delay(rig, options["lag"]),
+        action_delay(rig, lag),
     )
 
 
@@ -98,19 +94,6 @@ def task_controller(rig: Rig, torque: float) -> Controller:
     law = law_named(LAW)
     kp, kv = law.gains[GAINS_OF]
     return replace(usual, law=law(usual.model, kp, kv, friction=True), limits=replace(usual.limits, torque=torque))
-
-
-def action_delay(rig: Rig, lag: float) -> Array:
-    """What passes from sample to torque beyond the time from SYNC's to the RPDOs' handing over, shape (3,) [s].
-
-    Encoders are latched at the end of SYNC. The RPDOs follow each other on the bus; then a drive takes drive.reaction,
-    and its current loop the lag.
-    """
-    size = GROUP_RPDO if rig.loop.group_rpdo else RPDO
-    frame = worst_case_bits(size) / rig.bus.bitrate
-    queue = frame * (np.zeros(3) if rig.loop.group_rpdo else np.array(places_on_the_wire(rig), dtype=np.float64))
-    delay: Array = queue + (frame + rig.drive.reaction + lag - worst_case_bits(0) / rig.bus.bitrate)
-    return delay
 
 
 def _motions(rig: Rig, controller: Controller, options: Mapping[str, Any]) -> tuple[FourierMotion, FourierMotion]:
@@ -161,7 +144,7 @@ OFFER: Final = Offer(
     options=(
         Option("periods", int, 2, "Of each motion, 1.75 s each.", "N"),
         Option("torque", float, 0.45, "To which motor torques are cut [N·m at the motor].", "NM"),
-        Option("lag", float, 1e-4, "Time constant of the drives' current loops [s].", "S"),
+        Option("lag", float, None, "Time constant of the current loops; default: latency.current_lag [s].", "S"),
         Option("design", int, None, "Look for new excitations, from this seed; takes 20 s.", "SEED"),
         Option("picture", Path, None, "Draw the excitations into this PNG before anything moves.", "FILE"),
     ),

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from torquerig.calibrating.figure import COLOURS, DESIRED, INK, drawn
 from torquerig.calibration.differentiation import WINDOW
 from torquerig.calibration.excitation import RESOLUTION, SLOW, FourierMotion, reckoned_torques, worth
 from torquerig.calibration.identification import UNKNOWNS
@@ -13,6 +12,7 @@ from torquerig.calibration.identify import UNITS, Drawing
 from torquerig.calibration.procedure import Result
 from torquerig.calibration.regressor import equation
 from torquerig.mechanism import Manipulator
+from torquerig.picture import COLOURS, DESIRED, INK, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ _MILLI: Final = 1e3
 
 def draw_excitations(model: Manipulator, motions: tuple[FourierMotion, FourierMotion], path: Path) -> None:
     """Save what will be driven: path, joint rates and reckoned torques of a period of each motion."""
-    with drawn(path, "Excitations, before they run", (11.0, 7.0)) as figure:
+    with drawing("Excitations, before they run", path, (11.0, 7.0)) as figure:
         panels = figure.subplots(2, 3, width_ratios=(1, 1.5, 1.5))
         for row, (name, motion) in enumerate(zip(("fitted", "foretold"), motions, strict=True)):
             t = RESOLUTION * np.arange(round(motion.period / RESOLUTION) + 1, dtype=np.float64)
@@ -46,17 +46,17 @@ def draw_excitations(model: Manipulator, motions: tuple[FourierMotion, FourierMo
 
 def draw(result: Result, title: str, path: Path) -> None:
     """Save what identification found: path, values of the three ways, and the foretold torques."""
-    with drawn(path, title, (11.0, 7.0)) as figure:
-        drawing = result.drawing
-        if not isinstance(drawing, Drawing):
+    with drawing(title, path, (11.0, 7.0)) as figure:
+        shown = result.drawing
+        if not isinstance(shown, Drawing):
             axes = figure.subplots()
             axes.set_axis_off()
             axes.text(0.0, 0.5, "; ".join(result.verdict.reasons), color=COLOURS[1], wrap=True)
             return
         grid = figure.add_gridspec(2, 2, width_ratios=(1, 2), height_ratios=(1, 1.1))
-        _path(figure.add_subplot(grid[0, 0]), _MILLI * drawing.path, "The excitation as it ran")
-        _values(figure.add_subplot(grid[0, 1]), drawing)
-        _torques(figure.add_subplot(grid[1, :]), drawing)
+        _path(figure.add_subplot(grid[0, 0]), _MILLI * shown.path, "The excitation as it ran")
+        _values(figure.add_subplot(grid[0, 1]), shown)
+        _torques(figure.add_subplot(grid[1, :]), shown)
 
 
 def _path(axes: "Axes", position: np.ndarray, title: str) -> None:

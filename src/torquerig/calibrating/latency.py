@@ -6,14 +6,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from torquerig.calibrating.arbitration import places_on_the_wire
-from torquerig.calibrating.figure import COLOURS, INK, drawn
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration.latency import Drawing, LatencyProcedure
 from torquerig.calibration.procedure import Result
 from torquerig.configuration import Configuration
+from torquerig.delays import places_on_the_wire
 from torquerig.driver.wire.pdo import EVENT_PROFILE
 from torquerig.errors import ConfigurationError
+from torquerig.picture import COLOURS, INK, drawing
 
 
 def make(configuration: Configuration, request: Request) -> LatencyProcedure:
@@ -45,22 +45,22 @@ def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
     return {
         "sample_us": 1e6 * rig.drive.sample,
         "reaction_us": 1e6 * rig.drive.reaction,
-        "lag_us": 1e6 * plant.current_lag,
+        "current_lag_us": 1e6 * plant.current_lag,
     }
 
 
 def draw(result: Result, title: str, path: Path) -> None:
     """The step responses at equivalent times, and the answers to SYNC."""
-    drawing = result.drawing
-    assert isinstance(drawing, Drawing)  # noqa: S101  (its own procedure's)
-    with drawn(path, title) as figure:
+    shown = result.drawing
+    assert isinstance(shown, Drawing)  # noqa: S101  (its own procedure's)
+    with drawing(title, path, (11.0, 6.0)) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.6, 1))
         left.set_title("What the SYNC caught of a torque step (lines: fit)")
         for place, colour in enumerate(COLOURS):
-            left.plot(1e6 * drawing.x[1:], drawing.steps.share[1:, place], ".", color=colour, label=f"axis {place + 1}")
-            response = drawing.responses[place]
+            left.plot(1e6 * shown.x[1:], shown.steps.share[1:, place], ".", color=colour, label=f"axis {place + 1}")
+            response = shown.responses[place]
             if response is not None:
-                x = np.linspace(response.delay.value, float(drawing.x.max()), 200)
+                x = np.linspace(response.delay.value, float(shown.x.max()), 200)
                 left.plot(
                     1e6 * x, -np.expm1(-(x - response.delay.value) / response.lag.value), color=colour, linewidth=1
                 )
@@ -68,7 +68,7 @@ def draw(result: Result, title: str, path: Path) -> None:
         left.set_ylabel("share of the step")
         left.legend(loc="lower right")
         right.set_title("From SYNC to TPDO")
-        answers = 1e6 * drawing.steps.answers
+        answers = 1e6 * shown.steps.answers
         for place, colour in enumerate(COLOURS):
             right.plot(answers[:, place], ".", markersize=4, color=colour)
             right.text(0, float(answers[:, place].mean()), f" axis {place + 1}", va="bottom", color=INK)

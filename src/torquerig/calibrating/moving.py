@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from torquerig.building import manipulator
 from torquerig.calibrating.offer import Offer, Request
+from torquerig.calibration.guard import Room
 from torquerig.calibration.moving import Hold, Jog
 from torquerig.calibration.procedure import Result
 from torquerig.configuration import Configuration
@@ -30,7 +31,8 @@ def make_jog(configuration: Configuration, request: Request) -> Jog:
     if along == (request.axis is not None) or (request.axis is None) != (by is None):
         raise ConfigurationError("jog either a joint (--axis N --by DEG) or the end-effector (--x MM, --y MM)")
     model = manipulator(configuration.rig.model, configuration.rig.model)
-    torque = _torque(configuration, options)
+    torque, limits = _torque(configuration, options), configuration.rig.limits
+    room = Room(limits.workspace_x, limits.workspace_y)
     if not 0 <= hold <= 3600:
         raise ConfigurationError(f"--hold {hold:g} s cannot be: 0 to 3600")
     if request.axis is not None:
@@ -38,12 +40,12 @@ def make_jog(configuration: Configuration, request: Request) -> Jog:
             raise ConfigurationError(
                 f"--by {by:g}° cannot be: a jog turns a joint by at most {WIDEST:g}°, and not by 0"
             )
-        return Jog(model, (0.0, 0.0), (request.axis - 1, radians(by)), FARTHEST, torque, hold)
+        return Jog(model, (0.0, 0.0), (request.axis - 1, radians(by)), FARTHEST, torque, hold, room)
     way = (x or 0.0) / 1e3, (y or 0.0) / 1e3
     if not 0 < hypot(*way) <= FARTHEST:
         far = 1e3 * hypot(*way)
         raise ConfigurationError(f"a jog of {far:g} mm cannot be: at most {1e3 * FARTHEST:g} mm at once, and not 0")
-    return Jog(model, way, None, hypot(*way), torque, hold)
+    return Jog(model, way, None, hypot(*way), torque, hold, room)
 
 
 def make_hold(configuration: Configuration, request: Request) -> Hold:

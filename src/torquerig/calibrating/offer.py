@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from torquerig.assembly import Rig, open_rig
+from torquerig.buses import FrameLog
 from torquerig.calibration.procedure import Procedure, Result
 from torquerig.configuration import Configuration
 from torquerig.driver.bus.interface import Tap
+from torquerig.provenance import Drives
 
 
 class Option(NamedTuple):
@@ -70,11 +72,13 @@ class Offer:
         open_rig: Opens the bus, and what is simulated behind it.
         recorded: What was measured before and is only to be evaluated, as from a record: no bus is opened then; None
             to measure.
+        drives: On which drives that was measured; None where nobody knows.
     """
 
     make: Callable[[Configuration, Request], Procedure[Any]]
     draw: Callable[[Result, str, Path], None]
     options: tuple[Option, ...] = ()
     truth: Callable[[Configuration, Request], Mapping[str, Any]] = unknown
-    open_rig: Callable[[Configuration, Tap | None], AbstractContextManager[Rig]] = open_rig
+    open_rig: Callable[[Configuration, Tap | FrameLog | None], AbstractContextManager[Rig]] = open_rig
     recorded: Callable[[Configuration, Request], Any] = nothing
+    drives: Callable[[Configuration, Request], Drives | None] = nothing

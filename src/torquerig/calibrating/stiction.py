@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from torquerig.building import manipulator
-from torquerig.calibrating.figure import COLOURS, drawn
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibration.procedure import Result
 from torquerig.calibration.stiction import Drawing, Ramp, StictionProcedure
 from torquerig.calibration.stiction_fit import Stiction
 from torquerig.configuration import Configuration
 from torquerig.errors import ConfigurationError
+from torquerig.picture import COLOURS, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,15 +60,15 @@ def truth(configuration: Configuration, _request: Request) -> Mapping[str, Any]:
 
 def draw(result: Result, title: str, path: Path) -> None:
     """Ramps until motion, and friction of each joint."""
-    drawing = result.drawing
-    assert isinstance(drawing, Drawing)  # noqa: S101  (its own procedure's)
-    with drawn(path, title) as figure:
+    shown = result.drawing
+    assert isinstance(shown, Drawing)  # noqa: S101  (its own procedure's)
+    with drawing(title, path, (11.0, 6.0)) as figure:
         down, up, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
         for axes, sense in ((down, -1), (up, 1)):
-            _ramps(axes, [ramp for ramp in drawing.ramps if ramp.is_fine and ramp.sense == sense])
+            _ramps(axes, [ramp for ramp in shown.ramps if ramp.is_fine and ramp.sense == sense])
             axes.set_title(f"Slow ramps, {'with' if sense > 0 else 'against'} the pair's sense")
-        if drawing.fit is not None:
-            _friction(right, drawing.fit)
+        if shown.fit is not None:
+            _friction(right, shown.fit)
         else:
             right.set_axis_off()
             right.text(0.0, 0.5, "No friction: a pair did not move.", color=COLOURS[1])

@@ -1,22 +1,20 @@
 """`torquerig calibrate torque`: the torque scale, by a locked rotor against a torque transducer."""
 
-import os
-import select
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, cast
-
-import click
 
 from torquerig.axes import axis_settings
 from torquerig.bench import open_bench, transducer_settings
 from torquerig.building import period_ns
+from torquerig.calibrating.keyboard import Keyboard
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibrating.torque_figure import draw
 from torquerig.calibration.conductor import SECOND_NS
 from torquerig.calibration.procedure import Procedure
 from torquerig.calibration.torque import AVERAGE, PER_DIRECTION, Mode, Timing, TorqueProcedure
-from torquerig.calibration.torque_levels import HeldLevels, LevelSource, RecordedLevels, Schedule, read_levels
+from torquerig.calibration.torque_fit import LevelReading
+from torquerig.calibration.torque_levels import HeldLevels, Schedule, read_levels
 from torquerig.calibration.torque_sensors import SensorMaker, TypedSensor, WireSensor
 from torquerig.configuration import Configuration
 from torquerig.driver.bus.url import LOCKSTEP
@@ -26,10 +24,10 @@ WIRE: Final = "wire"
 MANUAL: Final = "manual"
 CSV: Final = "csv"
 
-PATIENCE: Final = 60.0
-"""[s] that a person may take to type a reading; our choice."""
-_STANDARD_INPUT: Final = 0
-_CHUNK: Final = 4096
+PATIENCE: Final = 30.0
+"""[s] that a level waits for its reading; our choice: a person reads and types five digits in ten."""
+LONGEST: Final = 600.0
+"""[s] of any of the times; our choice."""
 
 OPTIONS: Final = (
     Option("sensor", str, WIRE, "Who reads torques: wire (a transducer on the bus), manual (you type), csv.", "KIND"),
@@ -40,37 +38,8 @@ OPTIONS: Final = (
     Option("levels", int, 10, "How many levels from low to high.", "N"),
     Option("settle", float, 0.1, "How long a level is held before it is read [s].", "S"),
     Option("average", float, 0.2, "How long the transducer is averaged at a level [s].", "S"),
+    Option("patience", float, PATIENCE, "How long a level is held at most for want of a reading [s].", "S"),
 )
-
-
-class TypedLines:
-    """What is typed on standard input, line by line."""
-
-    def __init__(self, *, wait: bool) -> None:
-        """Begin.
-
-        Args:
-            wait: Whether a call may wait for a line: where time is simulated it stands still meanwhile.
-        """
-        self._timeout = None if wait else 0.0
-        self._typed = b""
-
-    def __call__(self) -> str | None:
-        """The next line; None while there is none.
-
-        Raises:
-            ConfigurationError: Nothing more can come.
-        """
-        while b"\n" not in self._typed:
-            ready, _, _ = select.select([_STANDARD_INPUT], [], [], self._timeout)
-            if not ready:
-                return None
-            more = os.read(_STANDARD_INPUT, _CHUNK)
-            if not more:
-                raise ConfigurationError("standard input has ended before every level had its reading")
-            self._typed += more
-        line, _, self._typed = self._typed.partition(b"\n")
-        return line.decode(errors="replace")
 
 
 def make(configuration: Configuration, request: Request) -> Procedure[Any]:
@@ -83,13 +52,7 @@ def make(configuration: Configuration, request: Request) -> Procedure[Any]:
         raise ConfigurationError("calibrate torque needs --axis N here: one transducer sits on the shaft of one axis")
     _require_counts(configuration)
     schedule, timing = _schedule(options), _timing(options, sensor, period_ns(rig) / SECOND_NS)
-    if sensor == CSV:
-        source: LevelSource = RecordedLevels(_read(options["readings"], rig.bench.sign))
-        where = str(options["readings"])
-    else:
-        maker = _typed(rig.bench.sign, wait=is_simulated) if sensor == MANUAL else _wired(configuration, timing)
-        source = HeldLevels(maker, schedule, settle=timing.settle)
-        where = "a display that you read" if sensor == MANUAL else f"the transducer, node {rig.bench.node_id}"
+    source, where = _source(configuration, options, schedule, timing)
     nominal = tuple((axis.counts_per_nm_positive + axis.counts_per_nm_negative) / 2 for axis in rig.axes.legs)
     return TorqueProcedure(request.axes, source, None if sensor == CSV else schedule, timing, nominal, mode, where)
 
@@ -114,6 +77,24 @@ def _mode(word: str) -> Mode:
     return cast("Mode", word)
 
 
+def _source(
+    configuration: Configuration, options: Mapping[str, Any], schedule: Schedule, timing: Timing
+) -> tuple[HeldLevels | None, str]:
+    """Who holds the levels, None where they were held elsewhere; and where readings come from, in words."""
+    bench, patience = configuration.rig.bench, options["patience"]
+    match options["sensor"]:
+        case "csv":
+            return None, str(_file(options))
+        case "manual":
+            wait = configuration.rig.bus.url.partition(":")[0] == LOCKSTEP
+            maker = _typed(bench.sign, patience, wait=wait)
+            return HeldLevels(maker, schedule, settle=timing.settle, patience=patience), "a display that you read"
+        case _:
+            maker, patience = _wired(configuration, timing), patience + timing.reading
+            where = f"the transducer, node {bench.node_id}"
+            return HeldLevels(maker, schedule, settle=timing.settle, patience=patience), where
+
+
 def _schedule(options: Mapping[str, Any]) -> Schedule:
     try:
         return Schedule(options["low"], options["high"], options["levels"])
@@ -122,14 +103,16 @@ def _schedule(options: Mapping[str, Any]) -> Schedule:
 
 
 def _timing(options: Mapping[str, Any], sensor: str, period: float) -> Timing:
-    settle, reading = options["settle"], options["average"]
-    if not 0.0 <= settle <= PATIENCE:
-        raise ConfigurationError(f"--settle {settle:g} cannot be: from 0 to {PATIENCE:g} s")
-    if not 2.0 * period <= reading <= PATIENCE:
+    settle, reading, patience = options["settle"], options["average"], options["patience"]
+    if not 0.0 <= settle <= LONGEST:
+        raise ConfigurationError(f"--settle {settle:g} cannot be: from 0 to {LONGEST:g} s")
+    if not 2.0 * period <= reading <= LONGEST:
         raise ConfigurationError(
-            f"--average {reading:g} cannot be: from two periods, {2.0 * period:g} s, to {PATIENCE:g} s"
+            f"--average {reading:g} cannot be: from two periods, {2.0 * period:g} s, to {LONGEST:g} s"
         )
-    return Timing(settle, PATIENCE if sensor == MANUAL else reading)
+    if not 1.0 <= patience <= LONGEST:
+        raise ConfigurationError(f"--patience {patience:g} cannot be: from 1 to {LONGEST:g} s")
+    return Timing(settle, patience if sensor == MANUAL else reading)
 
 
 def _require_counts(configuration: Configuration) -> None:
@@ -147,21 +130,34 @@ def _wired(configuration: Configuration, timing: Timing) -> SensorMaker:
     return lambda conductor: WireSensor(conductor, settings, samples)
 
 
-def _typed(sign: int, *, wait: bool) -> SensorMaker:
-    lines: Callable[[], str | None] = TypedLines(wait=wait)
-    return lambda _: TypedSensor(lambda words: click.echo(f"\n{words}", err=True), lines, sign=sign)
+def _typed(sign: int, patience: float, *, wait: bool) -> SensorMaker:
+    keyboard = Keyboard(wait=wait)
+    return lambda conductor: TypedSensor(conductor, keyboard, patience=patience, sign=sign)
 
 
-def _read(path: Path | None, sign: int) -> list[Any]:
-    if path is None:
-        raise ConfigurationError("--sensor csv needs --readings FILE, with a level and a reading in N·m a line")
+def recorded(configuration: Configuration, request: Request) -> dict[int, list[LevelReading]] | None:
+    """The levels of `--readings`, by axis; no bus is needed for them.
+
+    Raises:
+        ConfigurationError: The file cannot be read, or a line is no level.
+    """
+    if request.options["sensor"] != CSV:
+        return None
+    path, sign = _file(request.options), configuration.rig.bench.sign
     try:
         readings = read_levels(path.read_text(encoding="utf-8").splitlines(), str(path))
     except OSError as error:
         raise ConfigurationError(f"cannot read {path}: {error.strerror}") from error
     except ValueError as error:  # of a line, or of bytes that are no text
         raise ConfigurationError(str(error)) from error
-    return [reading._replace(torque=sign * reading.torque) for reading in readings]
+    return {axis: [reading._replace(torque=sign * reading.torque) for reading in readings] for axis in request.axes}
 
 
-OFFER: Final = Offer(make=make, draw=draw, options=OPTIONS, truth=truth, open_rig=open_bench)
+def _file(options: Mapping[str, Any]) -> Path:
+    path = options["readings"]
+    if not isinstance(path, Path):
+        raise ConfigurationError("--sensor csv needs --readings FILE, with a level and a reading in N·m a line")
+    return path
+
+
+OFFER: Final = Offer(make=make, draw=draw, options=OPTIONS, truth=truth, open_rig=open_bench, recorded=recorded)

@@ -9,7 +9,7 @@ import numpy as np
 from torquerig.calibration.procedure import Result
 from torquerig.calibration.torque_fit import DirectionFit, LevelReading
 from torquerig.calibration.torque_scale import NEGATIVE, AxisTorque
-from torquerig.picture import COLOURS, DESIRED, INK, STYLE
+from torquerig.picture import COLOURS, DESIRED, INK, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,18 +27,11 @@ def draw(result: Result, title: str, path: Path) -> None:
         path: The PNG file.
 
     Raises:
-        OSError: If the file cannot be written.
+        PictureError: If the file cannot be written.
     """
-    import matplotlib as mpl  # noqa: PLC0415  (takes half a second, and most commands draw nothing)
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     scales = result.drawing
     assert isinstance(scales, tuple)  # noqa: S101  (of AxisTorque: this procedure's own)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11, 7.5), dpi=110, layout="constrained")
-        FigureCanvasAgg(figure)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=14, fontweight="bold", color=INK)
+    with drawing(title, path, (11.0, 7.5)) as figure:
         panels = figure.subplots(2, 2, gridspec_kw={"height_ratios": (2.2, 1)})
         for column, (way, name) in enumerate(SIDES):
             _lines(panels[0, column], scales, way, name)
@@ -47,7 +40,6 @@ def draw(result: Result, title: str, path: Path) -> None:
         bound = max(*(abs(end) for end in (*low, *high)), 1e-3)
         for column in range(2):
             panels[1, column].set_ylim(-bound, bound)
-        figure.savefig(path, facecolor="white")
 
 
 def _lines(axes: "Axes", scales: tuple[AxisTorque, ...], way: int, name: str) -> None:

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from torquerig import building
+from torquerig.calibrating.drives import gearing
 from torquerig.calibrating.identify import task_controller
 from torquerig.calibrating.offer import Offer, Option, Request
 from torquerig.calibrating.zeros_figure import draw
@@ -16,6 +17,7 @@ from torquerig.calibration.excitation import FourierMotion
 from torquerig.configuration import Configuration
 from torquerig.errors import ConfigurationError
 from torquerig.experiment import rehearse
+from torquerig.provenance import Drives
 from torquerig.records import open_record
 from torquerig.schema import Rig
 
@@ -33,6 +35,36 @@ def make(configuration: Configuration, request: Request) -> ZerosProcedure:
         RecordError: The record cannot be read.
     """
     rig, options = configuration.rig, request.options
+    _require(rig, request)
+    extent, seconds, torque, tolerance = (options[name] for name in ("extent", "seconds", "torque", "tolerance"))
+    controller = task_controller(rig, torque)
+    driven = None
+    if options["record"] is None and not options["by_hand"]:
+        motion = figure(rig.model.home, extent / 1e3, seconds)
+        driven = Driven(motion, prepare(controller, motion, building.period_ns(rig)))
+        rehearse(controller, driven.table)
+    recorded_on = rig if options["record"] is None else open_record(options["record"]).rig()
+    return ZerosProcedure(
+        controller,
+        driven,
+        seconds,
+        torque,
+        building.sampling(rig).resolution,
+        _zeros(recorded_on),
+        recorded_on.model.home,
+        gearing(recorded_on),
+        tolerance / 1e3 if options["geometry"] else None,
+        None if options["record"] is None else f"the record {options['record']}",
+    )
+
+
+def _require(rig: Rig, request: Request) -> None:
+    """See that the options are in range and go together.
+
+    Raises:
+        ConfigurationError: One is not, or two do not.
+    """
+    options = request.options
     if request.axis is not None:
         raise ConfigurationError("--axis cannot be: the zeros of all axes follow together from the legs' closing")
     extent, seconds, torque, tolerance = (options[name] for name in ("extent", "seconds", "torque", "tolerance"))
@@ -48,22 +80,6 @@ def make(configuration: Configuration, request: Request) -> ZerosProcedure:
         raise ConfigurationError(f"--tolerance {tolerance:g} mm cannot be: above 0 and at most 5")
     if options["record"] is not None and options["by_hand"]:
         raise ConfigurationError("--record and --by-hand cannot be together: a record has been moved already")
-    controller = task_controller(rig, torque)
-    driven = None
-    if options["record"] is None and not options["by_hand"]:
-        motion = figure(rig.model.home, extent / 1e3, seconds)
-        driven = Driven(motion, prepare(controller, motion, building.period_ns(rig)))
-        rehearse(controller, driven.table)
-    return ZerosProcedure(
-        controller,
-        driven,
-        seconds,
-        torque,
-        building.sampling(rig).resolution,
-        _zeros(rig if options["record"] is None else open_record(options["record"]).rig()),
-        tolerance / 1e3 if options["geometry"] else None,
-        None if options["record"] is None else f"the record {options['record']}",
-    )
 
 
 def figure(home: tuple[float, float], extent: float, seconds: float) -> FourierMotion:
@@ -87,14 +103,19 @@ def recorded(_configuration: Configuration, request: Request) -> Recorded | None
     return Recorded(log.period_ns * 1e-9, np.where(whole[:, None], log.q[: log.rows], np.nan))
 
 
+def drives(_configuration: Configuration, request: Request) -> Drives | None:
+    """The drives of the record that was asked for."""
+    return open_record(request.options["record"]).drives
+
+
 def truth(configuration: Configuration, request: Request) -> Mapping[str, Any]:
     """What the simulated encoders would have to have added, half a count for their rounding down included."""
     rig = configuration.rig
     if request.options["record"] is not None:
         return {}
-    model = building.manipulator(rig.model, rig.model)
+    model, true = (building.manipulator(each.model, each.model) for each in (rig, configuration.simulated))
     told = model.inverse_kinematics(rig.model.home).theta
-    stands = model.inverse_kinematics(rig.simulator.stands_at or rig.model.home).theta
+    stands = true.inverse_kinematics(rig.simulator.stands_at or rig.model.home).theta
     return {"zeros_deg": [_missing(*each) for each in zip(told, stands, rig.axes.legs, strict=True)]}
 
 
@@ -115,6 +136,7 @@ OFFER: Final = Offer(
     draw=draw,
     truth=truth,
     recorded=recorded,
+    drives=drives,
     options=(
         Option("record", str, None, "Evaluate this record's motion; nothing moves.", "DIR"),
         Option("by-hand", bool, default=False, help="Record while a person moves the machine; drives at zero torque."),

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquerig.calibrating.figure import COLOURS, INK, drawn
 from torquerig.calibration.procedure import Result
 from torquerig.calibration.zeros import Zeros
+from torquerig.picture import COLOURS, INK, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def draw(result: Result, title: str, path: Path) -> None:
     """Save the figure; where nothing was found, the reasons."""
     found = result.drawing
-    with drawn(path, title) as picture:
+    with drawing(title, path, (11.0, 6.0)) as picture:
         if not isinstance(found, Zeros):
             axes = picture.subplots()
             axes.set_axis_off()
