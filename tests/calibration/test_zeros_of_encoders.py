@@ -8,6 +8,7 @@ import pytest
 
 from torquerig.calibrating.catalogue import offer
 from torquerig.calibrating.offer import Request
+from torquerig.calibrating.zeros import figure
 from torquerig.calibration.closure import Geometry, close
 from torquerig.calibration.encoder_zeros import Recorded
 from torquerig.calibration.procedure import Grade
@@ -70,6 +71,17 @@ def test_twenty_motions_of_10_mm_give_zeros_to_2_millidegrees_from_1_degree_off_
         assert found.observability.condition_number < 40
     assert math.degrees(worst) < 0.002
     assert np.mean(covered) >= 0.88
+
+
+def test_the_driven_figure_comes_nowhere_twice_so_that_intervals_cover():
+    covered = []
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        driven = figure((0.092 + rng.uniform(-1.5e-3, 1.5e-3), 0.062), 0.0095, 20.0)
+        positions = np.array([driven.at(k * 0.01).position for k in range(2000)])
+        found = find_zeros(THESIS, rounded(angles(positions), seed), 0.01, start=HOME)
+        covered += ((found.low <= COUNT / 2) & (found.high >= COUNT / 2)).tolist()
+    assert np.mean(covered) >= 0.9
 
 
 def test_a_motion_that_is_too_small_is_refused_with_how_large_it_must_be():
