@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from torquerig.device_sim.plant import elastic_motion as motion
 from torquerig.device_sim.plant.friction import Friction
-from torquerig.device_sim.plant.logged import NANOSECOND, LoggedMachine
+from torquerig.device_sim.plant.logged import NANOSECOND, LoggedMachine, Motors
 from torquerig.device_sim.plant.motion import inside
 from torquerig.device_sim.plant.truth_log import TruthLog
 from torquerig.mechanism import HOME, Manipulator
@@ -67,7 +67,6 @@ class ElasticManipulatorMachine(LoggedMachine):
         _require(manipulator, compliance=compliance, relaxation=relaxation, lag=lag, step_ns=step_ns)
         theta = manipulator.inverse_kinematics(position).theta
         super().__init__(start_ns, log)
-        self._gear = manipulator.gear_ratio
         self._constants = replace(manipulator, actuator_inertia=0.0, active_viscous=0.0).packed
         self._state = np.zeros(motion.STATE)
         self._state[motion.ANGLE : motion.RATE] = theta
@@ -86,7 +85,16 @@ class ElasticManipulatorMachine(LoggedMachine):
             ]
         )
         self._seen = np.zeros(motion.SEEN)
-        self._begin()
+        self._begin(
+            Motors(
+                demand=self._state[motion.DEMAND : motion.DEMAND + 3],
+                torque=self._state[motion.TORQUE : motion.TORQUE + 3],
+                angle=self._state[motion.ANGLE : motion.ANGLE + 3],
+                rate=self._state[motion.RATE : motion.RATE + 3],
+                gear=manipulator.gear_ratio,
+                is_prompt=lag == 0.0,
+            )
+        )
 
     @property
     def position(self) -> Array:
@@ -107,34 +115,6 @@ class ElasticManipulatorMachine(LoggedMachine):
     def stops(self) -> int:
         """How many times the links have run into the edge of their workspace."""
         return int(self._state[motion.STOPS])
-
-    def set_torque_demand(self, axis: int, torque: float, at_ns: int) -> None:
-        """From `at_ns` on one motor heads for this torque [N·m at the motor].
-
-        Raises:
-            ValueError: The torque is not finite, the axis does not exist, or the time has passed.
-        """
-        if not isfinite(torque):
-            raise ValueError(f"torque of axis {axis} is {torque} N·m: must be finite")
-        self._advance(axis, at_ns)
-        self._state[motion.DEMAND + axis] = torque
-        if self._parameters[motion.LAG] == 0.0:
-            self._state[motion.TORQUE + axis] = torque
-
-    def motor_angle(self, axis: int, at_ns: int) -> float:
-        """Angle of a motor shaft, not wrapped [rad]."""
-        self._advance(axis, at_ns)
-        return self._gear * self._state.item(motion.ANGLE + axis)
-
-    def motor_velocity(self, axis: int, at_ns: int) -> float:
-        """Velocity of a motor shaft [rad/s]; exactly 0 while friction holds it."""
-        self._advance(axis, at_ns)
-        return self._gear * self._state.item(motion.RATE + axis)
-
-    def motor_torque(self, axis: int, at_ns: int) -> float:
-        """Torque of a motor after its current loop's lag [N·m]."""
-        self._advance(axis, at_ns)
-        return self._state.item(motion.TORQUE + axis)
 
     def _integrate(self, duration: float) -> None:
         motion.advance(self._constants, self._parameters, self._state, self._seen, duration)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from torquerig.device_sim.plant import integrator, layout
 from torquerig.device_sim.plant.friction import Friction
-from torquerig.device_sim.plant.logged import NANOSECOND, LoggedMachine
+from torquerig.device_sim.plant.logged import NANOSECOND, LoggedMachine, Motors
 from torquerig.device_sim.plant.motion import inside
 from torquerig.device_sim.plant.truth_log import TruthLog
 from torquerig.mechanism import HOME, Manipulator
@@ -54,7 +54,6 @@ class PlanarManipulatorMachine(LoggedMachine):
         _require_settings(lag, step_ns)
         manipulator.inverse_kinematics(position)
         super().__init__(start_ns, log)
-        self._gear = manipulator.gear_ratio
         self._constants = manipulator.packed
         self._parameters = np.array([*friction.coulomb, *friction.breakaway, lag, step_ns * NANOSECOND])
         self._state = np.zeros(layout.STATE)
@@ -64,7 +63,16 @@ class PlanarManipulatorMachine(LoggedMachine):
         if not inside(self._constants, tuple(self._state[: layout.TORQUE].tolist())):
             raise ValueError(f"position {position} m is too near a singular pose to stand at")
         integrator.settle(self._constants, self._parameters, self._state)
-        self._begin()
+        self._begin(
+            Motors(
+                demand=self._state[layout.DEMAND : layout.DEMAND + 3],
+                torque=self._state[layout.TORQUE : layout.TORQUE + 3],
+                angle=self._seen[layout.THETA : layout.THETA + 3],
+                rate=self._seen[layout.THETA_RATE : layout.THETA_RATE + 3],
+                gear=manipulator.gear_ratio,
+                is_prompt=lag == 0.0,
+            )
+        )
 
     @property
     def position(self) -> Array:
@@ -91,34 +99,6 @@ class PlanarManipulatorMachine(LoggedMachine):
     def stops(self) -> int:
         """How many times it has run into the edge of its workspace."""
         return int(self._state[layout.STOPS])
-
-    def set_torque_demand(self, axis: int, torque: float, at_ns: int) -> None:
-        """From `at_ns` on one motor heads for this torque [N·m at the motor].
-
-        Raises:
-            ValueError: The torque is not finite, the axis does not exist, or the time has passed.
-        """
-        if not isfinite(torque):
-            raise ValueError(f"torque of axis {axis} is {torque} N·m: must be finite")
-        self._advance(axis, at_ns)
-        self._state[layout.DEMAND + axis] = torque
-        if self._parameters[layout.LAG] == 0.0:
-            self._state[layout.TORQUE + axis] = torque
-
-    def motor_angle(self, axis: int, at_ns: int) -> float:
-        """Angle of a motor shaft, not wrapped [rad]."""
-        self._advance(axis, at_ns)
-        return self._gear * self._seen.item(layout.THETA + axis)
-
-    def motor_velocity(self, axis: int, at_ns: int) -> float:
-        """Velocity of a motor shaft [rad/s]; exactly 0 while friction holds the joint."""
-        self._advance(axis, at_ns)
-        return self._gear * self._seen.item(layout.THETA_RATE + axis)
-
-    def motor_torque(self, axis: int, at_ns: int) -> float:
-        """Torque of a motor after its current loop's lag [N·m]."""
-        self._advance(axis, at_ns)
-        return self._state.item(layout.TORQUE + axis)
 
     def _integrate(self, duration: float) -> None:
         integrator.advance(self._constants, self._parameters, self._state, self._seen, duration)

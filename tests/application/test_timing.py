@@ -21,7 +21,7 @@ from torquerig.simulator import begin_record
 from torquerig.timing import Timing, cycle_times, timing_of
 
 SYNC_NS, SAMPLE_NS = 55_000, 20_000  # 55 bits at 1 Mbit/s; [drive].sample
-TPDO_NS, SHORT_TPDO_NS = 135_000, 95_000  # 8 and 4 bytes, bit stuffing at its worst
+TPDO_NS, SHORT_TPDO_NS, HEARTBEAT_NS = 135_000, 95_000, 65_000  # 8, 4 and 1 bytes, bit stuffing at its worst
 THESIS_LAW_NS = 3_180_000
 NEW_COLUMNS = ["law_ns", "tpdo_ns_1", "tpdo_ns_2", "tpdo_ns_3"]
 PERIOD_NS = 1_000_000
@@ -89,6 +89,13 @@ def make_old(place: Path) -> None:
     (place / "run.json").write_text(json.dumps(facts), encoding="utf-8")
 
 
+def assert_held_up_by_heartbeats_alone(tpdo_ns: np.ndarray, undisturbed_ns: int, heartbeats_ns: int) -> None:
+    """Most answers come when they must; a few may wait for the heartbeats of three drives and a master."""
+    assert np.min(tpdo_ns) == undisturbed_ns
+    assert np.mean(tpdo_ns == undisturbed_ns) > 0.9
+    assert np.max(tpdo_ns) <= undisturbed_ns + heartbeats_ns
+
+
 def test_in_simulated_time_every_drive_answers_to_the_nanosecond(outcome):
     for place in range(3):
         assert set(outcome.log.tpdo_ns[:, place]) == {SYNC_NS + SAMPLE_NS + (place + 1) * TPDO_NS}
@@ -100,15 +107,15 @@ def test_in_simulated_time_every_drive_answers_to_the_nanosecond(outcome):
 def test_half_the_bit_rate_takes_twice_as_long_on_the_wire():
     log = run_experiment(load_configuration(options={"bus.bitrate": 500_000, "loop.law": "coupled-pd"})).log
     for place in range(3):
-        undisturbed_ns = 2 * SYNC_NS + SAMPLE_NS + (place + 1) * 2 * TPDO_NS  # by the odd heartbeat
-        assert np.min(log.tpdo_ns[:, place]) == np.median(log.tpdo_ns[:, place]) == undisturbed_ns
+        undisturbed_ns = 2 * SYNC_NS + SAMPLE_NS + (place + 1) * 2 * TPDO_NS
+        assert_held_up_by_heartbeats_alone(log.tpdo_ns[:, place], undisturbed_ns, 4 * 2 * HEARTBEAT_NS)
 
 
 def test_short_tpdos_of_a_group_are_there_sooner():
     log = run_experiment(load_configuration(options={"loop.group_rpdo": True})).log
     for place in range(3):
-        undisturbed_ns = SYNC_NS + SAMPLE_NS + (place + 1) * SHORT_TPDO_NS  # by the odd heartbeat
-        assert np.min(log.tpdo_ns[:, place]) == np.median(log.tpdo_ns[:, place]) == undisturbed_ns
+        undisturbed_ns = SYNC_NS + SAMPLE_NS + (place + 1) * SHORT_TPDO_NS
+        assert_held_up_by_heartbeats_alone(log.tpdo_ns[:, place], undisturbed_ns, 4 * HEARTBEAT_NS)
 
 
 def test_the_summary_tells_what_the_log_holds(outcome):

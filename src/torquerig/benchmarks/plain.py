@@ -78,18 +78,12 @@ class PlainManipulator:
 
     def jacobian(self, position: Array) -> Array:
         """W of (5.12), qdot = W v; its first three rows are S. Shape (6, 2) [1/m]."""
-        theta, phi = self.angles(position)
-        d = position - self.bases
-        b = self.length * np.column_stack((np.cos(theta + phi), np.sin(theta + phi)))
-        e = (self.length**2 * np.sin(phi))[:, None]
+        _, d, b, e = self._legs(position)
         return np.vstack((b / e, -d / e))
 
     def dynamics(self, position: Array, velocity: Array) -> tuple[Array, Array, Array, Array]:
         """Mt, Ct, Ft, shape (2, 2) each, and S, shape (3, 2): M and C of the open chains, reduced by W (5.13)."""
-        theta, phi = self.angles(position)
-        d = position - self.bases
-        b = self.length * np.column_stack((np.cos(theta + phi), np.sin(theta + phi)))
-        e = (self.length**2 * np.sin(phi))[:, None]
+        phi, d, b, e = self._legs(position)
         W = np.vstack((b / e, -d / e))
         theta_rate, phi_rate = (W @ velocity).reshape(2, 3)
         b_rate = (theta_rate + phi_rate)[:, None] * np.column_stack((-b[:, 1], b[:, 0]))
@@ -106,6 +100,12 @@ class PlainManipulator:
             ]
         )
         return W.T @ M @ W, W.T @ M @ W_rate + W.T @ C @ W, W.T @ self.viscous @ W, W[:3]
+
+    def _legs(self, position: Array) -> tuple[Array, Array, Array, Array]:
+        """Passive angles phi, shape (3,) [rad]; d and b, shape (3, 2) [m]; e = L² sin phi, shape (3, 1) [m²]."""
+        theta, phi = self.angles(position)
+        b = self.length * np.column_stack((np.cos(theta + phi), np.sin(theta + phi)))
+        return phi, position - self.bases, b, (self.length**2 * np.sin(phi))[:, None]
 
     def distribute(self, position: Array, force: Array) -> Array:
         """S (S'S)^-1 F / n, shape (3,) [N·m at the motor] (5.15)."""
