@@ -17,10 +17,12 @@ class CompiledMapping:
     Attributes:
         entries: The mapped objects; dummies are only gaps in the codec.
         codec: Packs and unpacks the values of `entries`.
+        places: Where each of `entries` stands in the data: its first byte, and how many it has.
     """
 
     entries: tuple[Entry, ...]
     codec: Struct
+    places: tuple[tuple[int, int], ...]
 
 
 class MappingObject:
@@ -61,18 +63,22 @@ class MappingObject:
 
     def _compile(self, count: int) -> CompiledMapping:
         entries: list[Entry] = []
+        places: list[tuple[int, int]] = []
         codes = ["<"]
+        at = 0
         for subindex in range(1, count + 1):
             found = self._resolve(subindex, self._store.get(self._index, subindex))
             if isinstance(found, Entry):
                 entries.append(found)
                 codes.append(found.code)
+                places.append((at, calcsize(f"<{found.code}")))
             else:
                 codes.append(f"{found}x")
+            at = calcsize("".join(codes))
         codec = Struct("".join(codes))
         if codec.size > MAX_DATA_LENGTH:
             raise SdoAbort(AbortCode.PDO_LENGTH, self._index, 0)
-        return CompiledMapping(tuple(entries), codec)
+        return CompiledMapping(tuple(entries), codec, tuple(places))
 
     def _resolve(self, subindex: int, value: int) -> Entry | int:
         """The object of a mapping entry, or the length of a dummy [byte].

@@ -45,6 +45,7 @@ class CanopenNode:
         pdos: Its process data.
         storage: What it remembers without power.
         listeners: What hears which identifier now: always this object, changed in place.
+        shares_identifiers: Whether two of its services hear the same identifier now.
         refused: Frames for a service that the NMT state does not allow.
         ignored: Remote and extended frames that mean nothing to a CANopen node, or to this one.
     """
@@ -80,6 +81,7 @@ class CanopenNode:
         self.nmt = NmtSlave(node_id, self)
         self.storage = Storage(self.store, volatile)
         self.listeners: dict[int, Listener] = {}
+        self.shares_identifiers = False
         self._build_services(application)
         self._remotes: Mapping[int, Callable[[int], None]] = {}
         self._boot_timer = self.timers.add(self._boot)
@@ -225,23 +227,38 @@ class CanopenNode:
         """Make the table of who hears which identifier in this NMT state."""
         state, listeners = self.nmt.state, self.listeners
         listeners.clear()
+        self.shares_identifiers = False
         self._remotes = {}
         if state is NmtState.BOOT_UP:
             return
         talks, operates = state is not NmtState.STOPPED, state is NmtState.OPERATIONAL
-        _enlist(listeners, cob.NMT, self.nmt.receive)
-        _enlist(listeners, cob.SDO_REQUEST + self.node_id, self._serve_sdo if talks else self._refuse)
+        self._enlist(cob.NMT, self.nmt.receive)
+        self._enlist(cob.SDO_REQUEST + self.node_id, self._serve_sdo if talks else self._refuse)
         for can_id in self._error_control.consumer.cob_ids:
-            _enlist(listeners, can_id, self._error_control.consumer.receive)
+            self._enlist(can_id, self._error_control.consumer.receive)
         for can_id, hearers in self.pdos.listeners().items():
             for hear in hearers if operates else (self._refuse,):
-                _enlist(listeners, can_id, hear)
+                self._enlist(can_id, hear)
         if talks:
-            _enlist(listeners, self.sync.cob_id, self._synchronise)
+            self._enlist(self.sync.cob_id, self._synchronise)
             for can_id in self._siblings.cob_ids:
-                _enlist(listeners, can_id, self._siblings.receive)
+                self._enlist(can_id, self._siblings.receive)
         remotes = self.pdos.remotes() if operates else {}
         self._remotes = {**remotes, cob.HEARTBEAT + self.node_id: self._error_control.request}
+
+    def _enlist(self, can_id: int, listener: Listener) -> None:
+        """Add a listener; two on one identifier both hear it."""
+        present = self.listeners.get(can_id)
+        if present is None:
+            self.listeners[can_id] = listener
+            return
+
+        def both(frame: Frame, at_ns: int) -> None:
+            present(frame, at_ns)
+            listener(frame, at_ns)
+
+        self.shares_identifiers = True
+        self.listeners[can_id] = both
 
     def _receive_remote(self, frame: Frame, at_ns: int) -> None:
         answer = None if frame.extended else self._remotes.get(frame.can_id)
@@ -270,17 +287,3 @@ class CanopenNode:
             self._application.synchronise(at_ns)
             if self.nmt.state is NmtState.OPERATIONAL:
                 self.pdos.sync(at_ns)
-
-
-def _enlist(listeners: dict[int, Listener], can_id: int, listener: Listener) -> None:
-    """Add a listener; two on one identifier both hear it."""
-    present = listeners.get(can_id)
-    if present is None:
-        listeners[can_id] = listener
-        return
-
-    def both(frame: Frame, at_ns: int) -> None:
-        present(frame, at_ns)
-        listener(frame, at_ns)
-
-    listeners[can_id] = both

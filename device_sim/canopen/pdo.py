@@ -107,6 +107,13 @@ class ProcessData:
         for rpdo in self._synchronous:
             rpdo.sync(at_ns)
 
+    @property
+    def active(self) -> tuple[tuple[Rpdo, ...], tuple[Tpdo, ...]] | None:
+        """What hears, and what SYNC has sent, if that is all: None if there is more to be heeded."""
+        if self.eventful or self._synchronous:
+            return None
+        return tuple(rpdo for rpdo in self.rpdos if rpdo.active), self._cyclic
+
     def check(self, at_ns: int) -> None:
         """Send what is driven by events, if there was one."""
         for tpdo in self.eventful:

@@ -1,6 +1,6 @@
 """A PDO that the node receives (CiA 301, 7.2.2)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from torquerig.device_sim.canopen.core import NodeCore
 from torquerig.device_sim.canopen.emergency import EmergencyProducer
@@ -18,6 +18,7 @@ class Rpdo:
 
     Attributes:
         parameters: Its communication object.
+        deadline: The event timer's alarm.
         synchronous: SYNC makes its data valid.
         received: Frames that were long enough.
         too_short: Frames that were not, and were not processed.
@@ -27,16 +28,17 @@ class Rpdo:
     __slots__ = (
         "_codec",
         "_complaint",
-        "_deadline",
         "_emergency",
         "_entries",
         "_event_ns",
         "_mapping",
         "_pending",
+        "_places",
         "_slots",
         "_store",
         "_watched",
         "_watchers",
+        "deadline",
         "parameters",
         "received",
         "refused",
@@ -60,7 +62,7 @@ class Rpdo:
         self._mapping = MappingObject(store, 0x1600 + number, lambda: self.parameters.exists, inward=True)
         self._store = store
         self._emergency = emergency
-        self._deadline = core.timers.add(missed)
+        self.deadline = core.timers.add(missed)
         self._watched = False
         self._complaint: EmergencyCode | None = None
         self._pending: bytes | None = None
@@ -73,6 +75,7 @@ class Rpdo:
         """Take over what the objects say now."""
         mapping = self._mapping.compile()
         self._codec = mapping.codec
+        self._places = mapping.places
         self._slots = tuple(entry.slot for entry in mapping.entries)
         checked = any(self._store.is_checked(entry) for entry in mapping.entries)
         self._entries: tuple[Entry, ...] = mapping.entries if checked else ()
@@ -91,14 +94,14 @@ class Rpdo:
         """Watch the event timer: a reception is due within it from now on, and after every reception."""
         self._watched = True
         if self._event_ns:
-            self._deadline.arm(from_ns + self._event_ns)
+            self.deadline.arm(from_ns + self._event_ns)
         else:
-            self._deadline.cancel()
+            self.deadline.cancel()
 
     def unwatch(self) -> None:
         """Watch no deadline."""
         self._watched = False
-        self._deadline.cancel()
+        self.deadline.cancel()
 
     def renew(self, at_ns: int) -> None:
         """Take over a changed configuration while the node runs."""
@@ -117,7 +120,7 @@ class Rpdo:
                 return
         self.received += 1
         if self._watched and self._event_ns:
-            self._deadline.arm(at_ns + self._event_ns)
+            self.deadline.arm(at_ns + self._event_ns)
         if self.synchronous:
             self._pending = data
         else:
@@ -129,6 +132,29 @@ class Rpdo:
         if data is not None:
             self._pending = None
             self._apply(data, at_ns, at_ns)
+
+    def lend(self, places: Mapping[int, int]) -> tuple[int, ...] | None:
+        """What a steady cycle goes on with (`steady_memory.RPDO`, without its drive).
+
+        Args:
+            places: Which of the places that the cycle asks for is whose, by the slots of the objects that it knows.
+
+        Returns:
+            The values; None if it carries anything else, or does not act when it comes.
+        """
+        if self._complaint is not None or self.synchronous or self._entries or not places.keys() >= set(self._slots):
+            return None
+        found = [-1] * len(places)
+        for slot, (at, _size) in zip(self._slots, self._places, strict=True):
+            found[places[slot]] = at
+        event_ns = self._event_ns if self._watched else 0
+        numbers = self.parameters.cob_id, self._codec.size, event_ns
+        return (*numbers, *found, self.deadline.due_ns, self.received)
+
+    def take_back(self, deadline_ns: int, received: int) -> None:
+        """Go on from where a steady cycle ended."""
+        self.deadline.arm(deadline_ns)
+        self.received = received
 
     def _apply(self, data: bytes, at_ns: int, effect_ns: int) -> None:
         received: tuple[int, ...] = self._codec.unpack_from(data)

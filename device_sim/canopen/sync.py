@@ -70,7 +70,7 @@ class SyncConsumer:
 
     def accept(self, frame: Frame, at_ns: int) -> bool:
         """Whether a frame on the SYNC identifier is a SYNC: 1 byte long when 1019 asks for a counter, else empty."""
-        if len(frame.data) != (1 if self._values[self._overflow] else 0):
+        if len(frame.data) != self.length:
             self.wrong_length += 1
             self._complained = True
             self._emergency.report(EmergencyCode.SYNC_LENGTH, at_ns)
@@ -81,6 +81,20 @@ class SyncConsumer:
         self.last_ns = at_ns
         self.count += 1
         return True
+
+    @property
+    def length(self) -> int:
+        """Bytes that a SYNC has."""
+        return 1 if self._values[self._overflow] else 0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there is no window to heed, and nothing that the last SYNC was told of."""
+        return not (self._complained or self._values[self._window])
+
+    def take_back(self, count: int, last_ns: int) -> None:
+        """Go on from where a steady cycle ended."""
+        self.count, self.last_ns = count, last_ns
 
     def window_closed(self, at_ns: int) -> bool:
         """Whether synchronous PDOs come too late now (1007; 0 means never)."""

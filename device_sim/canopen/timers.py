@@ -1,6 +1,6 @@
 """Alarms of a node, at exact times."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from torquerig.device_sim.devices import NEVER_NS
 
@@ -53,6 +53,13 @@ class Timers:
         self.now_ns = due_ns
         self.actions[slot](due_ns)
 
+    def next_but(self, timers: "Iterable[Timer]") -> int:
+        """When the next alarm rings that is not one of these, NEVER_NS when no other is set [ns]."""
+        dues = self.dues.copy()
+        for timer in timers:
+            dues[timer.slot] = NEVER_NS
+        return min(dues)
+
     def clear(self) -> None:
         """Unset all alarms."""
         self.dues[:] = [NEVER_NS] * len(self.dues)
@@ -60,29 +67,33 @@ class Timers:
 
 
 class Timer:
-    """One alarm."""
+    """One alarm.
 
-    __slots__ = ("_slot", "_timers")
+    Attributes:
+        slot: Its place among the alarms of its node.
+    """
+
+    __slots__ = ("_timers", "slot")
 
     def __init__(self, timers: Timers, slot: int) -> None:
         self._timers = timers
-        self._slot = slot
+        self.slot = slot
 
     @property
     def due_ns(self) -> int:
         """When it rings, NEVER_NS when it is not set [ns]."""
-        return self._timers.dues[self._slot]
+        return self._timers.dues[self.slot]
 
     @property
     def is_set(self) -> bool:
         """Whether it will ring."""
-        return self._timers.dues[self._slot] < NEVER_NS
+        return self._timers.dues[self.slot] < NEVER_NS
 
     def arm(self, due_ns: int) -> None:
         """Set it, or set it anew, to an absolute time [ns]."""
         timers = self._timers
-        was_ns = timers.dues[self._slot]
-        timers.dues[self._slot] = due_ns
+        was_ns = timers.dues[self.slot]
+        timers.dues[self.slot] = due_ns
         if due_ns < timers.next_ns:
             timers.expect(due_ns)
         elif was_ns == timers.next_ns:

@@ -1,7 +1,8 @@
 """A PDO that the node sends (CiA 301, 7.2.2)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from operator import itemgetter
+from typing import Final
 
 from torquerig.device_sim.canopen.core import NodeCore
 from torquerig.device_sim.canopen.mapping import MappingObject
@@ -9,6 +10,9 @@ from torquerig.device_sim.canopen.object_store import Source
 from torquerig.device_sim.canopen.pdo_parameters import PdoParameters
 from torquerig.driver.wire import pdo
 from torquerig.driver.wire.frame import Frame
+
+CONSTANT: Final = 0  # what a steady cycle's code calls a value that stays
+REFUSED: Final = -1  # and one that it does not know
 
 
 class Tpdo:
@@ -31,10 +35,12 @@ class Tpdo:
         "_known",
         "_live",
         "_mapping",
+        "_places",
         "_ready_ns",
         "_running",
         "_sampled",
         "_send",
+        "_slots",
         "_steady",
         "_store",
         "_syncs",
@@ -69,6 +75,7 @@ class Tpdo:
         self._codec = mapping.codec
         slots = tuple(entry.slot for entry in mapping.entries)
         self._values_of = _getter(slots)
+        self._slots, self._places = slots, mapping.places
         sources = self._store.sources
         self._live: tuple[tuple[int, Source], ...] = tuple((slot, sources[slot]) for slot in slots if slot in sources)
         self._steady = tuple(slot for slot in slots if slot not in sources)
@@ -124,6 +131,41 @@ class Tpdo:
         """Send it if it is driven by events and there is one."""
         if self._running and self._type >= pdo.EVENT_MANUFACTURER and not self._waiting and self._changed():
             self._transmit_or_wait(at_ns)
+
+    def lend(self, sources: Mapping[int, int]) -> tuple[tuple[int, ...], list[tuple[int, ...]]] | None:
+        """What a steady cycle goes on with (`steady_memory.TPDO`, without its drive, and its `FIELD`s).
+
+        Args:
+            sources: What the objects are whose values change in a steady cycle, as its code names it, by slot.
+
+        Returns:
+            The values; None unless it is sent with every so many SYNCs, and measures nothing else.
+        """
+        if not pdo.SYNC_EVERY <= self._type < pdo.SYNC_RTR:
+            return None
+        values, measured = self._store.values, self._store.sources
+        fields = list[tuple[int, ...]]()
+        for slot, place in zip(self._slots, self._places, strict=True):
+            source = sources.get(slot, REFUSED if slot in measured else CONSTANT)
+            if source == REFUSED:
+                return None
+            fields.append((source, *place, values[slot]))
+        return (self._cob_id, self._codec.size, self._type, self._syncs), fields
+
+    def measure(self, number: int, at_ns: int) -> int:
+        """The value now of one of the numbers that it carries, a measured one."""
+        return self._store.sources[self._slots[number]](at_ns)
+
+    def take_back(self, syncs: int, sampled: bytes | None) -> None:
+        """Go on from where a steady cycle ended.
+
+        Args:
+            syncs: SYNCs since the last one with which it was sent.
+            sampled: What was sent last; None if nothing was since `lend`.
+        """
+        self._syncs = syncs
+        if sampled is not None:
+            self._sampled = sampled
 
     def _changed(self) -> bool:
         values = self._store.values

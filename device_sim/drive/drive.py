@@ -1,15 +1,61 @@
 """A simulated drive: the CANopen node and the torque drive behind it, turning one motor of a machine."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Final, NamedTuple
 
 from torquerig.device_sim.canopen.node import CanopenNode
-from torquerig.device_sim.drive import objects
+from torquerig.device_sim.canopen.rpdo import Rpdo
+from torquerig.device_sim.canopen.tpdo import REFUSED, Tpdo
+from torquerig.device_sim.drive import objects, steady_memory
 from torquerig.device_sim.drive.fault_injection import Injection
 from torquerig.device_sim.drive.parameters import DriveParameters
-from torquerig.device_sim.drive.torque_drive import TorqueDrive
+from torquerig.device_sim.drive.torque_drive import LentParts, TorqueDrive
 from torquerig.device_sim.machine import Machine
 from torquerig.driver.wire.cia402 import DriveState
 from torquerig.driver.wire.dictionary import DRIVE_EDS, load_dictionary
+
+_KNOWN: Final = (objects.CONTROLWORD, objects.RAW_TARGET, objects.TARGET_TORQUE)
+"""What an RPDO may carry in a steady cycle, in the order in which `steady_memory.RPDO` says where."""
+
+_SOURCES: Final[Mapping[tuple[int, int], int]] = {
+    (objects.POSITION, 0): steady_memory.POSITION,
+    (objects.POSITION_INTERNAL, 0): steady_memory.EDGES,
+    (objects.VELOCITY, 0): steady_memory.VELOCITY,
+    (objects.RAW_ACTUAL, 0): steady_memory.RAW_TORQUE,
+    (objects.TORQUE_ACTUAL, 0): steady_memory.TORQUE,
+    (objects.CURRENT_ACTUAL, 0): steady_memory.TORQUE,
+    objects.DEVICE_TEMPERATURE: steady_memory.ASKED,
+    objects.MOTOR_TEMPERATURE: steady_memory.ASKED,
+    (objects.DC_LINK_VOLTAGE, 0): steady_memory.ASKED,
+    (objects.RAW_TARGET, 0): REFUSED,
+    (objects.TARGET_TORQUE, 0): REFUSED,
+    objects.MISSED_SYNCS: REFUSED,
+    (objects.SYNC_SAMPLE_TIME, 0): REFUSED,
+}
+"""What a TPDO's numbers are in a steady cycle, where they change."""
+
+
+class LentDrive(NamedTuple):
+    """What a steady cycle goes on with.
+
+    Attributes:
+        parts: `steady_memory.DRIVE`.
+        pending: Targets that wait for their effect.
+        rpdos: `steady_memory.RPDO` without the drive; None for one that is not plain.
+        tpdos: `steady_memory.TPDO` without the drive, and its fields; likewise.
+        heard: The RPDOs.
+        sent: The TPDOs.
+        other_event_ns: When something happens next without a frame that a steady cycle does not do [ns].
+    """
+
+    parts: LentParts
+    pending: tuple[tuple[int, float], ...]
+    rpdos: Sequence[tuple[int, ...] | None]
+    tpdos: Sequence[tuple[tuple[int, ...], list[tuple[int, ...]]] | None]
+    heard: tuple[Rpdo, ...]
+    sent: tuple[Tpdo, ...]
+    other_event_ns: int
 
 
 class SimulatedDrive(CanopenNode):
@@ -17,6 +63,7 @@ class SimulatedDrive(CanopenNode):
 
     Attributes:
         axis: Which motor of the machine it turns.
+        behind: The torque drive behind the node.
     """
 
     def __init__(
@@ -56,10 +103,12 @@ class SimulatedDrive(CanopenNode):
             power_on_ns=power_on_ns,
         )
         self.store.personalise(node_id, *objects.SERIAL_NUMBER)
+        self._places = {self.store.slot(index): place for place, index in enumerate(_KNOWN)}
+        self._sources = {self.store.slot(*address): source for address, source in _SOURCES.items()}
 
     def _build(self, node: CanopenNode, machine: Machine, parameters: DriveParameters) -> TorqueDrive:
-        self._drive = TorqueDrive(node, machine, self.axis, parameters)
-        return self._drive
+        self.behind = TorqueDrive(node, machine, self.axis, parameters)
+        return self.behind
 
     def inject(self, fault: Injection, at_ns: int) -> None:
         """Make a fault happen, as a write of its number to 2F00 does.
@@ -74,12 +123,24 @@ class SimulatedDrive(CanopenNode):
         if self.pdos.eventful:
             self.pdos.check(at_ns)
 
+    def lend(self) -> LentDrive | None:
+        """What a steady cycle goes on with; None if the drive is not steady."""
+        parts, pdos, reaction_ns = self.behind.lend(), self.pdos.active, self.store.reaction_ns
+        if parts is None or pdos is None or reaction_ns <= 0 or self.shares_identifiers or not self.sync.is_plain:
+            return None
+        rpdos = [rpdo.lend(self._places) for rpdo in pdos[0]]
+        tpdos = [tpdo.lend(self._sources) for tpdo in pdos[1]]
+        pending = self.behind.command.pending
+        node = reaction_ns, self.sync.count, self.timers.now_ns, len(pending)
+        alarms = self.behind.command.effect, self.behind.watchdogs.sync_loss, *(rpdo.deadline for rpdo in pdos[0])
+        return LentDrive((*parts, node), pending, rpdos, tpdos, *pdos, self.timers.next_but(alarms))
+
     @property
     def state(self) -> DriveState:
         """The state of CiA 402."""
-        return self._drive.power.state
+        return self.behind.power.state
 
     @property
     def torque_demand(self) -> float:
         """What the current loop is told now [counts]."""
-        return self._drive.path.demand
+        return self.behind.path.demand

@@ -102,6 +102,12 @@ class Encoder:
         """Count again; the edges in between are found again, because the simulated shaft knows them."""
         self.lost = False
 
+    def lend(self) -> tuple[float, int, int] | None:
+        """What a steady cycle knows of it (`steady_memory.ENCODER`); None unless counts are the user's units."""
+        if self.lost or self._numerator != self._denominator:
+            return None
+        return self._counts_per_radian, self._edge, self._offset
+
     def _load_units(self) -> None:
         """The factor from counts to the user's units: feed / (encoder resolution x gear ratio)."""
         get = self._store.get

@@ -38,6 +38,14 @@ class LaggedLoad:
         self._at_ns = at_ns
         self._load = load
 
+    def lend(self) -> tuple[float, float, float, int]:
+        """Its time constant, the quantity at the last change, the load since, and when that was [ns]."""
+        return self._time_constant, self._x, self._load, self._at_ns
+
+    def take_back(self, x: float, load: float, at_ns: int) -> None:
+        """Go on from such a state."""
+        self._x, self._load, self._at_ns = x, load, at_ns
+
     def set_time_constant(self, time_constant: float, at_ns: int) -> None:
         """Follow the load faster or slower from now on [s]."""
         self.change(self._load, at_ns)

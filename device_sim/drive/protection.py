@@ -15,7 +15,7 @@ from torquerig.device_sim.machine import Machine
 from torquerig.driver.wire.emcy import EmergencyCode
 
 _RPM: Final = math.tau / 60.0  # [rad/s]
-_TRIP_LOAD: Final = 1.0  # I2t of the rated torque, flowing for ever
+TRIP_LOAD: Final = 1.0  # I2t of the rated torque, flowing for ever
 _WARM: Final = 1.0  # by which an injected temperature exceeds its maximum [°C]
 
 
@@ -109,10 +109,20 @@ class Protection:
         share = torque / self._parameters.rated_torque
         load = share * share
         self._i2t.change(load, at_ns)
-        if load > _TRIP_LOAD or self._i2t_timer.is_set:
+        if load > TRIP_LOAD or self._i2t_timer.is_set:
             self._schedule_i2t()
         if abs(share) > self._overcurrent:
             self._trip(EmergencyCode.OVERCURRENT, at_ns)
+
+    def lend(self) -> tuple[float, ...] | None:
+        """What a steady cycle goes on with (`steady_memory.PROTECTION`); None if I2t is about to trip."""
+        if self._i2t_timer.is_set:
+            return None
+        return self._parameters.rated_torque, self._overspeed, self._overcurrent, *self._i2t.lend()
+
+    def take_back(self, warmth: float, load: float, at_ns: int) -> None:
+        """Go on from where a steady cycle ended."""
+        self._i2t.take_back(warmth, load, at_ns)
 
     def check_speed(self, at_ns: int) -> None:
         """Trip if the motor turns too fast."""
@@ -138,7 +148,7 @@ class Protection:
         )
 
     def _schedule_i2t(self) -> None:
-        self._i2t_timer.arm(self._i2t.reaches_ns(_TRIP_LOAD))
+        self._i2t_timer.arm(self._i2t.reaches_ns(TRIP_LOAD))
 
     def _look(self, at_ns: int) -> None:
         self._look_timer.arm(at_ns + self._parameters.supervision_ns)

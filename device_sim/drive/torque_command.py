@@ -1,10 +1,11 @@
 """When which torque is commanded: following a target with the drive's latency, ramps, and the cut."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from torquerig.device_sim.canopen.timers import Timers
+from torquerig.device_sim.devices import NEVER_NS
 from torquerig.device_sim.drive.torque_path import TorquePath
 
 _NS_PER_S: Final = 1e9
@@ -14,18 +15,21 @@ class TorqueCommand:
     """Feeds the torque path; one of nothing, following, or ramping at a time.
 
     A ramp is steps of one control period, the first a period after its start: a piecewise constant demand.
+
+    Attributes:
+        effect: The alarm of the next followed target's effect.
     """
 
     __slots__ = (
         "_done",
         "_effective",
-        "_follow_timer",
         "_goal",
         "_path",
         "_pending",
         "_period_ns",
         "_ramp_timer",
         "_wanted",
+        "effect",
     )
 
     def __init__(self, timers: Timers, path: TorquePath, *, period_ns: int, effective: Callable[[int], None]) -> None:
@@ -44,7 +48,7 @@ class TorqueCommand:
         self._wanted = 0.0
         self._goal = 0.0  # what is wanted, as far as the limits allow
         self._done: Callable[[int], None] | None = None
-        self._follow_timer = timers.add(self._take_effect)
+        self.effect = timers.add(self._take_effect)
         self._ramp_timer = timers.add(self._step)
 
     @property
@@ -67,7 +71,7 @@ class TorqueCommand:
             self._path.apply(self._path.target(), at_ns)
             return
         if not self._pending:
-            self._follow_timer.arm(effect_ns)
+            self.effect.arm(effect_ns)
         self._pending.append((effect_ns, self._path.target()))
 
     def ramp(self, goal: float, at_ns: int, done: Callable[[int], None] | None = None) -> None:
@@ -93,10 +97,20 @@ class TorqueCommand:
         self._end_ramp()
         self._path.apply(0.0, at_ns)
 
+    @property
+    def pending(self) -> tuple[tuple[int, float], ...]:
+        """The followed targets that wait: when each takes effect [ns], and what it is [counts]."""
+        return tuple(self._pending)
+
+    def take_back(self, pending: Iterable[tuple[int, float]]) -> None:
+        """Go on with targets that wait."""
+        self._pending = deque(pending)
+        self.effect.arm(self._pending[0][0] if self._pending else NEVER_NS)
+
     def _take_effect(self, at_ns: int) -> None:
         _, counts = self._pending.popleft()
         if self._pending:
-            self._follow_timer.arm(self._pending[0][0])
+            self.effect.arm(self._pending[0][0])
         self._effective(at_ns)
         self._path.apply(counts, at_ns)
 
@@ -119,7 +133,7 @@ class TorqueCommand:
     def _forget(self) -> None:
         if self._pending:
             self._pending.clear()
-            self._follow_timer.cancel()
+            self.effect.cancel()
 
     def _end_ramp(self) -> None:
         self._done = None

@@ -19,10 +19,13 @@ from torquerig.driver.wire.cia402 import INTERNAL_LIMIT, REFERENCED, REMOTE, STA
 from torquerig.driver.wire.emcy import Emergency, EmergencyCode
 
 _US: Final = 1_000  # [ns]
-_LATENCY_MAXIMUM: Final = 0xFFFF  # of object 2100:4 [us]
+LATENCY_MAXIMUM: Final = 0xFFFF  # of object 2100:4 [us]
 
 # faults after which the torque cannot be controlled on its way to zero: 605E is not asked
 _UNCONTROLLED: Final = frozenset({EmergencyCode.OVERCURRENT, EmergencyCode.ENCODER})
+
+LentParts = tuple[tuple[float, ...], ...]
+"""What a steady cycle knows of a drive, without its node: `steady_memory.CLOCK` and the parts that follow it."""
 
 
 class TorqueDrive:
@@ -31,6 +34,9 @@ class TorqueDrive:
     Attributes:
         path: The torque path.
         power: The power state machine.
+        command: Brings the torque to its target.
+        protection: What trips it.
+        watchdogs: What watches the communication.
     """
 
     def __init__(self, node: CanopenNode, machine: Machine, axis: int, parameters: DriveParameters) -> None:
@@ -47,7 +53,7 @@ class TorqueDrive:
         self._controlword = 0
         self._state = DriveState.NOT_READY
         self._encoder = Encoder(machine, axis, store, parameters.encoder_counts)
-        self._protection = Protection(
+        self.protection = Protection(
             machine, axis, store, timers, parameters=parameters, encoder=self._encoder, trip=self._trip
         )
         self.path = TorquePath(
@@ -56,15 +62,15 @@ class TorqueDrive:
             store,
             parameters,
             limit_changed=self._publish_status,
-            torque_changed=self._protection.load,
+            torque_changed=self.protection.load,
         )
-        self._command = TorqueCommand(
+        self.command = TorqueCommand(
             timers, self.path, period_ns=parameters.control_period_ns, effective=self._target_effective
         )
         homing = Homing(store, self._encoder, parameters.homing_speed)
-        self._modes = Modes(store, self.path, self._command, homing, arrived=lambda _at_ns: self._publish_status())
-        self.power = PowerStateMachine(store, self._command, self)
-        self._watchdogs = Watchdogs(node, self)
+        self._modes = Modes(store, self.path, self.command, homing, arrived=lambda _at_ns: self._publish_status())
+        self.power = PowerStateMachine(store, self.command, self)
+        self.watchdogs = Watchdogs(node, self)
         self._watch_objects()
 
     def _watch_objects(self) -> None:
@@ -92,9 +98,9 @@ class TorqueDrive:
         self._effect_ns = at_ns
         self._latency = 0
         self._controlword = 0
-        self._watchdogs.stop()
+        self.watchdogs.stop()
         self._encoder.power_on(at_ns)
-        self._protection.power_on(at_ns)
+        self.protection.power_on(at_ns)
         self.path.power_on(at_ns)
         self._modes.power_on()
         self.power.power_on(at_ns)
@@ -102,17 +108,17 @@ class TorqueDrive:
     def synchronise(self, at_ns: int) -> None:
         """A SYNC: the instant of the samples."""
         self._values[self._sample_time_slot] = (at_ns - self._power_on_ns) // _US
-        self._watchdogs.synchronise(at_ns, self._last_sync_ns)
+        self.watchdogs.synchronise(at_ns, self._last_sync_ns)
         self._last_sync_ns = at_ns
-        self._protection.check_speed(at_ns)
+        self.protection.check_speed(at_ns)
 
     def handle_event(self, event: CommunicationEvent, at_ns: int) -> None:
         """Communication failed somewhere."""
-        self._watchdogs.handle_event(event, at_ns)
+        self.watchdogs.handle_event(event, at_ns)
 
     def hear_emergency(self, emergency: Emergency, at_ns: int) -> None:
         """A sibling told an emergency."""
-        self._watchdogs.hear_emergency(emergency, at_ns)
+        self.watchdogs.hear_emergency(emergency, at_ns)
 
     @property
     def energised(self) -> bool:
@@ -133,7 +139,25 @@ class TorqueDrive:
 
     def causes_gone(self, at_ns: int) -> bool:
         """Whether a fault may be reset; what happened to the communication is an event, and over."""
-        return self._protection.causes_gone(at_ns)
+        return self.protection.causes_gone(at_ns)
+
+    def lend(self) -> LentParts | None:
+        """What a steady cycle goes on with; None if the drive is not steady.
+
+        A steady drive follows its target in operation enabled, and nothing is on the way that would be told.
+        """
+        if not self._modes.following or self._last_sync_ns is None:
+            return None
+        encoder, protection = self._encoder.lend(), self.protection.lend()
+        if encoder is None or protection is None:
+            return None
+        clock = self._power_on_ns, self._last_sync_ns, self._values[self._sample_time_slot], self._latency
+        return (*clock, self._controlword), encoder, self.path.lend(), protection, self.watchdogs.lend()
+
+    def take_back(self, last_sync_ns: int, sample_time: int, latency: int) -> None:
+        """Go on from where a steady cycle ended."""
+        self._last_sync_ns, self._latency = last_sync_ns, latency
+        self._values[self._sample_time_slot] = sample_time
 
     def state_changed(self, at_ns: int) -> None:
         """Do what the new state means to watchdogs, modes and objects."""
@@ -146,10 +170,10 @@ class TorqueDrive:
             self._node.emergency.clear_all(at_ns)
         if before is not state and DriveState.OPERATION_ENABLED in {before, state}:
             if state is DriveState.OPERATION_ENABLED:
-                self._watchdogs.start(at_ns)
+                self.watchdogs.start(at_ns)
                 self._modes.operate(at_ns, max(at_ns, self._effect_ns))
             else:
-                self._watchdogs.stop()
+                self.watchdogs.stop()
         self._publish_status()
 
     def _controlword_written(self, at_ns: int, effect_ns: int) -> None:
@@ -164,7 +188,7 @@ class TorqueDrive:
 
     def _target_written(self, at_ns: int, effect_ns: int) -> None:
         if self._modes.following:
-            self._command.follow(at_ns, effect_ns)
+            self.command.follow(at_ns, effect_ns)
         else:
             self._modes.head_for_target(at_ns, effect_ns)
             self._publish_status()
@@ -175,7 +199,7 @@ class TorqueDrive:
 
     def _target_effective(self, at_ns: int) -> None:
         if self._last_sync_ns is not None:
-            self._latency = min((at_ns - self._last_sync_ns) // _US, _LATENCY_MAXIMUM)
+            self._latency = min((at_ns - self._last_sync_ns) // _US, LATENCY_MAXIMUM)
 
     def _trip(self, code: EmergencyCode, at_ns: int) -> None:
         self._fail(code, at_ns, at_once=code in _UNCONTROLLED)
@@ -187,7 +211,7 @@ class TorqueDrive:
 
     def _publish_status(self) -> None:
         status = STATE_BITS[self.power.state] | REMOTE | self._modes.status_bits
-        if self._protection.voltage_good:
+        if self.protection.voltage_good:
             status |= VOLTAGE_ENABLED
         if self._encoder.referenced:
             status |= REFERENCED

@@ -144,6 +144,18 @@ class TorquePath:
             self._limit_changed()
         self._torque_changed(torque, at_ns)
 
+    def lend(self) -> tuple[float, ...]:
+        """What a steady cycle goes on with (`steady_memory.PATH`)."""
+        values, parameters = self._values, self._parameters
+        targets = values[self._raw], values[self._target], values[self._offset], not values[self._source]
+        gains = parameters.gain_positive, parameters.gain_negative, self._counts_per_permille
+        return (*targets, *gains, self._low, self._high, self.limited, self.demand, self._torque)
+
+    def take_back(self, raw: int, permille: int, demand: float, torque: float) -> None:
+        """Go on from where a steady cycle ended."""
+        self._values[self._raw], self._values[self._target] = raw, permille
+        self.demand, self._torque = demand, torque
+
     def raw_actual(self, at_ns: int) -> int:
         """Object 2077: the motor's torque as the drive measures it [counts]."""
         return _int16(self._actual(at_ns))

@@ -36,9 +36,13 @@ class Reactions(Protocol):
 
 
 class Watchdogs:
-    """Watches RPDOs, SYNC and siblings in operation enabled, and knows what follows from what is lost."""
+    """Watches RPDOs, SYNC and siblings in operation enabled, and knows what follows from what is lost.
 
-    __slots__ = ("_missed", "_multiple", "_node", "_reactions", "_store", "_sync_timer", "_values", "_watching")
+    Attributes:
+        sync_loss: The alarm for missing SYNCs.
+    """
+
+    __slots__ = ("_missed", "_multiple", "_node", "_reactions", "_store", "_values", "_watching", "sync_loss")
 
     def __init__(self, node: CanopenNode, reactions: Reactions) -> None:
         self._node = node
@@ -48,7 +52,7 @@ class Watchdogs:
         self._watching = False
         self._multiple = node.store.slot(*objects.SYNC_LOSS_MULTIPLE)
         self._missed = node.store.slot(*objects.MISSED_SYNCS)
-        self._sync_timer = node.timers.add(lambda at_ns: reactions.fail(EmergencyCode.SYNC_LOST, at_ns))
+        self.sync_loss = node.timers.add(lambda at_ns: reactions.fail(EmergencyCode.SYNC_LOST, at_ns))
 
     def start(self, at_ns: int) -> None:
         """Operation was enabled: RPDOs are due from now on, SYNC from the first one on."""
@@ -59,7 +63,7 @@ class Watchdogs:
         """Operation is enabled no more."""
         self._watching = False
         self._node.pdos.unwatch()
-        self._sync_timer.cancel()
+        self.sync_loss.cancel()
 
     def synchronise(self, at_ns: int, previous_ns: int | None) -> None:
         """A SYNC came.
@@ -70,7 +74,7 @@ class Watchdogs:
         """
         period_ns = self._node.sync.period_ns
         if not period_ns:
-            self._sync_timer.cancel()
+            self.sync_loss.cancel()
             return
         if previous_ns is not None and at_ns - previous_ns > period_ns:
             missed = self._values[self._missed] + round((at_ns - previous_ns) / period_ns) - 1
@@ -78,9 +82,19 @@ class Watchdogs:
         if self._watching:
             multiple = self._values[self._multiple]
             if multiple:
-                self._sync_timer.arm(at_ns + multiple * period_ns + 1)  # more than: one just in time is in time
+                self.sync_loss.arm(at_ns + multiple * period_ns + 1)  # more than: one just in time is in time
             else:
-                self._sync_timer.cancel()
+                self.sync_loss.cancel()
+
+    def lend(self) -> tuple[int, int, int, int]:
+        """What a steady cycle goes on with (`steady_memory.WATCHDOGS`)."""
+        values = self._values
+        return self._node.sync.period_ns, values[self._multiple], values[self._missed], self.sync_loss.due_ns
+
+    def take_back(self, missed: int, sync_deadline_ns: int) -> None:
+        """Go on from where a steady cycle ended."""
+        self._values[self._missed] = missed
+        self.sync_loss.arm(sync_deadline_ns)
 
     def handle_event(self, event: CommunicationEvent, at_ns: int) -> None:
         """Do what follows from a loss; nothing unless the drive may give torque."""

@@ -49,6 +49,11 @@ class LoggedMachine(ABC):
         self._motors: Motors
 
     @property
+    def motors(self) -> Motors:
+        """Where the motors stand in its state: what is read there is of `now_ns`."""
+        return self._motors
+
+    @property
     def now_ns(self) -> int:
         """The instant up to which the machine has been advanced [ns]."""
         return self._now_ns
