@@ -26,6 +26,7 @@ class ProcessData:
     """
 
     __slots__ = (
+        "_active",
         "_cyclic",
         "_ready_ns",
         "_running",
@@ -108,11 +109,9 @@ class ProcessData:
             rpdo.sync(at_ns)
 
     @property
-    def active(self) -> tuple[tuple[Rpdo, ...], tuple[Tpdo, ...]] | None:
+    def plain(self) -> tuple[tuple[Rpdo, ...], tuple[Tpdo, ...]] | None:
         """What hears, and what SYNC has sent, if that is all: None if there is more to be heeded."""
-        if self.eventful or self._synchronous:
-            return None
-        return tuple(rpdo for rpdo in self.rpdos if rpdo.active), self._cyclic
+        return None if self.eventful or self._synchronous else (self._active, self._cyclic)
 
     def check(self, at_ns: int) -> None:
         """Send what is driven by events, if there was one."""
@@ -133,7 +132,8 @@ class ProcessData:
         active = [tpdo for tpdo in self.tpdos if tpdo.active]
         self._cyclic = tuple(t for t in active if pdo.is_synchronous(t.parameters.transmission_type))
         self.eventful = tuple(t for t in active if t.event_driven)
-        self._synchronous = tuple(rpdo for rpdo in self.rpdos if rpdo.active and rpdo.synchronous)
+        self._active = tuple(rpdo for rpdo in self.rpdos if rpdo.active)
+        self._synchronous = tuple(rpdo for rpdo in self._active if rpdo.synchronous)
 
     def _windowed(self, rpdo: Rpdo) -> Callable[[Frame, int], None]:
         def hear(frame: Frame, at_ns: int) -> None:

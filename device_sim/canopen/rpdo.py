@@ -34,6 +34,7 @@ class Rpdo:
         "_mapping",
         "_pending",
         "_places",
+        "_plan",
         "_slots",
         "_store",
         "_watched",
@@ -84,6 +85,7 @@ class Rpdo:
         self.synchronous = pdo.is_synchronous(self.parameters.transmission_type)
         self._event_ns = self.parameters.event_ns if self.parameters.exists else 0
         self._pending = None
+        self._plan: tuple[int, ...] | None = None
 
     @property
     def active(self) -> bool:
@@ -133,23 +135,25 @@ class Rpdo:
             self._pending = None
             self._apply(data, at_ns, at_ns)
 
-    def lend(self, places: Mapping[int, int]) -> tuple[int, ...] | None:
-        """What a steady cycle goes on with (`steady_memory.RPDO`, without its drive).
+    def plan(self, places: Mapping[int, int]) -> tuple[int, ...] | None:
+        """How a steady cycle reads it (`steady_memory.RPDO`); the same object until it is configured anew.
 
         Args:
             places: Which of the places that the cycle asks for is whose, by the slots of the objects that it knows.
 
         Returns:
-            The values; None if it carries anything else, or does not act when it comes.
+            Identifier, length, and places; None if it carries anything else, or does not act when it comes.
         """
-        if self._complaint is not None or self.synchronous or self._entries or not places.keys() >= set(self._slots):
-            return None
-        found = [-1] * len(places)
-        for slot, (at, _size) in zip(self._slots, self._places, strict=True):
-            found[places[slot]] = at
-        event_ns = self._event_ns if self._watched else 0
-        numbers = self.parameters.cob_id, self._codec.size, event_ns
-        return (*numbers, *found, self.deadline.due_ns, self.received)
+        if self._plan is None and places.keys() >= set(self._slots) and not (self.synchronous or self._entries):
+            found = [-1] * len(places)
+            for slot, (at, _size) in zip(self._slots, self._places, strict=True):
+                found[places[slot]] = at
+            self._plan = (self.parameters.cob_id, self._codec.size, *found)
+        return self._plan if self._complaint is None else None
+
+    def lend(self) -> tuple[int, int, int]:
+        """What a steady cycle goes on with: how long one is waited for (0: for ever), until when [ns], how many came."""
+        return self._event_ns if self._watched else 0, self.deadline.due_ns, self.received
 
     def take_back(self, deadline_ns: int, received: int) -> None:
         """Go on from where a steady cycle ended."""

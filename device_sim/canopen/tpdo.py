@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from operator import itemgetter
-from typing import Final
+from typing import Final, NamedTuple
 
 from torquerig.device_sim.canopen.core import NodeCore
 from torquerig.device_sim.canopen.mapping import MappingObject
@@ -13,6 +13,18 @@ from torquerig.driver.wire.frame import Frame
 
 CONSTANT: Final = 0  # what a steady cycle's code calls a value that stays
 REFUSED: Final = -1  # and one that it does not know
+
+
+class TpdoPlan(NamedTuple):
+    """How a steady cycle makes a TPDO.
+
+    Attributes:
+        frame: `steady_memory.TPDO`: identifier, length, and with every how many SYNCs it is sent.
+        fields: `steady_memory.FIELD`: what each number is, its place in the data, its bytes.
+    """
+
+    frame: tuple[int, int, int]
+    fields: tuple[tuple[int, int, int], ...]
 
 
 class Tpdo:
@@ -36,6 +48,7 @@ class Tpdo:
         "_live",
         "_mapping",
         "_places",
+        "_plan",
         "_ready_ns",
         "_running",
         "_sampled",
@@ -88,6 +101,7 @@ class Tpdo:
         self._sampled: bytes | None = None
         self._known: tuple[int, ...] | None = None
         self._waiting = False
+        self._plan: TpdoPlan | None = None
 
     @property
     def active(self) -> bool:
@@ -132,25 +146,26 @@ class Tpdo:
         if self._running and self._type >= pdo.EVENT_MANUFACTURER and not self._waiting and self._changed():
             self._transmit_or_wait(at_ns)
 
-    def lend(self, sources: Mapping[int, int]) -> tuple[tuple[int, ...], list[tuple[int, ...]]] | None:
-        """What a steady cycle goes on with (`steady_memory.TPDO`, without its drive, and its `FIELD`s).
+    def plan(self, sources: Mapping[int, int]) -> TpdoPlan | None:
+        """How a steady cycle makes it; the same object until it is configured anew.
 
         Args:
             sources: What the objects are whose values change in a steady cycle, as its code names it, by slot.
 
         Returns:
-            The values; None unless it is sent with every so many SYNCs, and measures nothing else.
+            None unless it is sent with every so many SYNCs, and measures nothing else.
         """
-        if not pdo.SYNC_EVERY <= self._type < pdo.SYNC_RTR:
-            return None
-        values, measured = self._store.values, self._store.sources
-        fields = list[tuple[int, ...]]()
-        for slot, place in zip(self._slots, self._places, strict=True):
-            source = sources.get(slot, REFUSED if slot in measured else CONSTANT)
-            if source == REFUSED:
-                return None
-            fields.append((source, *place, values[slot]))
-        return (self._cob_id, self._codec.size, self._type, self._syncs), fields
+        if self._plan is None and pdo.SYNC_EVERY <= self._type < pdo.SYNC_RTR:
+            measured = self._store.sources
+            kinds = [sources.get(slot, REFUSED if slot in measured else CONSTANT) for slot in self._slots]
+            if REFUSED not in kinds:
+                fields = tuple((kind, *place) for kind, place in zip(kinds, self._places, strict=True))
+                self._plan = TpdoPlan((self._cob_id, self._codec.size, self._type), fields)
+        return self._plan
+
+    def lend(self) -> tuple[int, tuple[int, ...]]:
+        """What a steady cycle goes on with: SYNCs since it was sent, and the values that the objects hold."""
+        return self._syncs, self._values_of(self._store.values)
 
     def measure(self, number: int, at_ns: int) -> int:
         """The value now of one of the numbers that it carries, a measured one."""

@@ -1,12 +1,12 @@
 """A simulated drive: the CANopen node and the torque drive behind it, turning one motor of a machine."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from torquerig.device_sim.canopen.node import CanopenNode
 from torquerig.device_sim.canopen.rpdo import Rpdo
-from torquerig.device_sim.canopen.tpdo import REFUSED, Tpdo
+from torquerig.device_sim.canopen.tpdo import REFUSED, Tpdo, TpdoPlan
 from torquerig.device_sim.drive import objects, steady_memory
 from torquerig.device_sim.drive.fault_injection import Injection
 from torquerig.device_sim.drive.parameters import DriveParameters
@@ -42,19 +42,19 @@ class LentDrive(NamedTuple):
     Attributes:
         parts: `steady_memory.DRIVE`.
         pending: Targets that wait for their effect.
-        rpdos: `steady_memory.RPDO` without the drive; None for one that is not plain.
-        tpdos: `steady_memory.TPDO` without the drive, and its fields; likewise.
-        heard: The RPDOs.
-        sent: The TPDOs.
+        rpdos: What it hears, and
+        heard: how that is read.
+        tpdos: What it says, and
+        said: how that is made.
         other_event_ns: When something happens next without a frame that a steady cycle does not do [ns].
     """
 
     parts: LentParts
     pending: tuple[tuple[int, float], ...]
-    rpdos: Sequence[tuple[int, ...] | None]
-    tpdos: Sequence[tuple[tuple[int, ...], list[tuple[int, ...]]] | None]
-    heard: tuple[Rpdo, ...]
-    sent: tuple[Tpdo, ...]
+    rpdos: tuple[Rpdo, ...]
+    heard: tuple[tuple[int, ...], ...]
+    tpdos: tuple[Tpdo, ...]
+    said: tuple[TpdoPlan, ...]
     other_event_ns: int
 
 
@@ -125,15 +125,18 @@ class SimulatedDrive(CanopenNode):
 
     def lend(self) -> LentDrive | None:
         """What a steady cycle goes on with; None if the drive is not steady."""
-        parts, pdos, reaction_ns = self.behind.lend(), self.pdos.active, self.store.reaction_ns
+        parts, pdos, reaction_ns = self.behind.lend(), self.pdos.plain, self.store.reaction_ns
         if parts is None or pdos is None or reaction_ns <= 0 or self.shares_identifiers or not self.sync.is_plain:
             return None
-        rpdos = [rpdo.lend(self._places) for rpdo in pdos[0]]
-        tpdos = [tpdo.lend(self._sources) for tpdo in pdos[1]]
+        rpdos, tpdos = pdos
+        heard = tuple([plan for rpdo in rpdos if (plan := rpdo.plan(self._places)) is not None])
+        said = tuple([plan for tpdo in tpdos if (plan := tpdo.plan(self._sources)) is not None])
+        if len(heard) < len(rpdos) or len(said) < len(tpdos):
+            return None
         pending = self.behind.command.pending
         node = reaction_ns, self.sync.count, self.timers.now_ns, len(pending)
-        alarms = self.behind.command.effect, self.behind.watchdogs.sync_loss, *(rpdo.deadline for rpdo in pdos[0])
-        return LentDrive((*parts, node), pending, rpdos, tpdos, *pdos, self.timers.next_but(alarms))
+        alarms = self.behind.command.effect, self.behind.watchdogs.sync_loss, *[rpdo.deadline for rpdo in rpdos]
+        return LentDrive((*parts, node), pending, rpdos, heard, tpdos, said, self.timers.next_but(alarms))
 
     @property
     def state(self) -> DriveState:

@@ -66,12 +66,12 @@ DRIVE: Final = np.dtype(
 """A drive that follows its target."""
 
 RPDO: Final = np.dtype(
-    _whole("drive", "can_id", "size", "event_ns", "control_at", "raw_at", "permille_at", "deadline_ns", "received")
+    _whole("drive", "can_id", "size", "control_at", "raw_at", "permille_at", "event_ns", "deadline_ns", "received")
 )
 """An RPDO that acts when it comes; where in it controlword and targets stand, -1 for nowhere."""
 
 TPDO: Final = np.dtype(
-    [*_whole("drive", "can_id", "length", "every", "syncs", "first", "end", "sent"), ("data", "u1", (8,))]
+    [*_whole("drive", "can_id", "length", "every", "first", "end", "syncs", "sent"), ("data", "u1", (8,))]
 )
 """A TPDO that is sent with every so many SYNCs, which of the fields are its own, and whether it was sent."""
 
