@@ -152,7 +152,7 @@ class Rpdo:
         return self._plan if self._complaint is None else None
 
     def lend(self) -> tuple[int, int, int]:
-        """What a steady cycle goes on with: how long one is waited for (0: for ever), until when [ns], how many came."""
+        """What a steady cycle goes on with: how long the next may take (or 0), its deadline [ns], how many came."""
         return self._event_ns if self._watched else 0, self.deadline.due_ns, self.received
 
     def take_back(self, deadline_ns: int, received: int) -> None:

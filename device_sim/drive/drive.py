@@ -130,7 +130,7 @@ class SimulatedDrive(CanopenNode):
             return None
         rpdos, tpdos = pdos
         heard = tuple([plan for rpdo in rpdos if (plan := rpdo.plan(self._places)) is not None])
-        said = tuple([plan for tpdo in tpdos if (plan := tpdo.plan(self._sources)) is not None])
+        said = tuple([made for tpdo in tpdos if (made := tpdo.plan(self._sources)) is not None])
         if len(heard) < len(rpdos) or len(said) < len(tpdos):
             return None
         pending = self.behind.command.pending

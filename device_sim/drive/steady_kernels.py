@@ -7,7 +7,7 @@ left alone, before anything has changed, and told.
 
 from typing import Any
 
-from torquerig.device_sim.drive.steady_memory import DONE, LEAVE, NEVER_NS, SEND
+from torquerig.device_sim.drive.steady_memory import DONE, LEAVE, NEVER_NS
 from torquerig.device_sim.drive.steady_samples import synchronise
 from torquerig.device_sim.drive.steady_targets import next_effect, receive, take_effect
 from torquerig.mechanism.compiled import compiled
@@ -25,55 +25,42 @@ def next_alarm_ns(fleet: Any, drives: Any, rpdos: Any) -> int:  # noqa: ANN401
 
 
 @compiled
-def next_frame_ns(fleet: Any, entries: Any) -> int:  # noqa: ANN401
-    """When the next of the frames that came was complete; not before what has happened."""
-    if fleet.taken == fleet.entries:
-        return NEVER_NS
-    return max(int(entries[fleet.taken].at_ns) - int(fleet.origin_ns), int(fleet.now_ns))
-
-
-@compiled
-def take_frame(fleet: Any, lent: Any, entry: Any, at_ns: int) -> int:  # noqa: ANN401
-    """Do with the next frame what the drives do."""
-    if entry.flags:
+def take_frame(fleet: Any, lent: Any, frame: Any, at_ns: int) -> int:  # noqa: ANN401
+    """Do with a frame what the drives do."""
+    if frame.flags:
         return LEAVE
-    if entry.can_id != fleet.sync_id:
-        return receive(fleet, lent, entry, at_ns)
-    if entry.length != fleet.sync_length:
+    if frame.can_id != fleet.sync_id:
+        return receive(fleet, lent, frame, at_ns)
+    if frame.length != fleet.sync_length:
         return LEAVE
     return synchronise(fleet, lent, at_ns)
 
 
 @compiled
-def live(fleets: Any, lent: Any, entries: Any, until_ns: int) -> int:  # noqa: ANN401
-    """Let happen what is due: all frames that came, or effects of targets until a time if there is no frame any more.
+def live(fleets: Any, lent: Any, frames: Any, until_ns: int) -> int:  # noqa: ANN401
+    """Let effects of targets happen until a time, and then the drives hear the frame that came, if there is one.
 
     Returns:
         What is needed before it can go on, if it can.
     """
     drives, effects, rpdos, _, _, _, motors = lent
-    fleet = fleets[0]
+    fleet, frame = fleets[0], frames[0]
     while True:
-        frame_ns, axis = next_frame_ns(fleet, entries), next_effect(fleet, drives, effects)
+        axis, alarm_ns = next_effect(fleet, drives, effects), next_alarm_ns(fleet, drives, rpdos)
         effect_ns = effects[axis, 0].at_ns if axis >= 0 else NEVER_NS
-        alarm_ns = next_alarm_ns(fleet, drives, rpdos)
-        horizon_ns = until_ns if frame_ns == NEVER_NS else frame_ns
-        if alarm_ns <= min(effect_ns, horizon_ns):
+        if alarm_ns <= min(effect_ns, until_ns):
             return LEAVE
-        if effect_ns <= horizon_ns:
+        fleet.next_ns = min(effect_ns, alarm_ns)
+        if effect_ns <= until_ns:
             needed = take_effect(fleet, drives[axis], motors, axis, effects[axis])
             if needed != DONE:
                 return needed
             fleet.now_ns = effect_ns
-        elif frame_ns < NEVER_NS:
-            needed = take_frame(fleet, lent, entries[fleet.taken], frame_ns)
-            if needed not in (DONE, SEND):
+        elif frame.waits:
+            needed = take_frame(fleet, lent, frame, until_ns)
+            if needed != DONE:
                 return needed
-            fleet.now_ns = frame_ns
-            fleet.taken += 1
-            if needed == SEND:
-                return needed
+            frame.waits = 0
         else:
-            fleet.now_ns = max(fleet.now_ns, until_ns)
-            fleet.next_ns = min(effect_ns, alarm_ns)
+            fleet.now_ns = until_ns
             return DONE

@@ -69,7 +69,7 @@ class Loan:
         fleet = self.fleet[0]
         fleet["now_ns"], fleet["machine_ns"], fleet["asked_ns"] = now_ns, self._machine.now_ns, _NEVER_ASKED
         fleet["others_ns"] = min([owner.other_event_ns for owner in owners])
-        fleet["entries"] = fleet["taken"] = 0
+        fleet["said"] = 0
         return True
 
     def give_back(self) -> None:

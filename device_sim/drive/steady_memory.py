@@ -15,11 +15,10 @@ LATENCY_MAXIMUM: Final = 0xFFFF  # of object 2100:4 [us]
 MISSED_MAXIMUM: Final = 0xFFFF_FFFF  # of object 2120:3
 TRIP_LOAD: Final = 1.0  # I2t of the rated torque, flowing for ever
 
-DONE: Final = 0  # everything until the asked time has happened
+DONE: Final = 0  # all has happened that was to
 ADVANCE: Final = 1  # the machine is needed at `wanted_ns`
 ASK: Final = 2  # values are needed that must be asked for, at `wanted_ns`
-SEND: Final = 3  # there are frames to send
-LEAVE: Final = 4  # the next event or frame is not regular
+LEAVE: Final = 3  # what comes next is not regular
 
 CONSTANT: Final = 0  # what a TPDO's number is: one that stays (as in `canopen.tpdo`),
 POSITION: Final = 1  # 6064,
@@ -82,6 +81,9 @@ one that is not computed there."""
 EFFECT: Final = np.dtype([*_whole("at_ns"), *_real("target")])
 """A target that waits, and when it takes effect."""
 
+HEARD: Final = np.dtype([("waits", "u1"), ("flags", "u1"), ("length", "u2"), ("can_id", "u4"), ("data", "u1", (8,))])
+"""A frame that came: whether it is still to be heard, whether it is anything but an 11-bit data frame, its contents."""
+
 SAID: Final = np.dtype([("can_id", "u4"), ("length", "u1"), ("data", "u1", (8,))], align=True)
 """A frame that a drive has sent."""
 
@@ -89,8 +91,8 @@ FLEET: Final = np.dtype(
     [
         *_whole("drives", "rpdos", "tpdos", "sync_id", "sync_length", "is_prompt"),
         *_whole("now_ns", "machine_ns", "asked_ns", "others_ns", "wanted_ns", "next_ns"),
-        *_whole("origin_ns", "entries", "taken", "said"),
+        *_whole("said"),
         *_real("gear"),
     ]
 )
-"""What all drives on a bus share: how far time has come, and which of the frames that came is next."""
+"""What all drives on a bus share: how far time has come, and how many frames they have said."""

@@ -15,7 +15,6 @@ from torquerig.device_sim.drive.steady_memory import (
     MISSED_MAXIMUM,
     POSITION,
     RAW_TORQUE,
-    SEND,
     TORQUE,
     US,
     VELOCITY,
@@ -134,4 +133,4 @@ def synchronise(fleet: Any, lent: Any, at_ns: int) -> int:  # noqa: ANN401
             tpdo.syncs, tpdo.sent = 0, 1
             sample(fleet, lent, tpdo)
             say(fleet, said, tpdo)
-    return SEND if fleet.said else DONE
+    return DONE

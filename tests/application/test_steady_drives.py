@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import random
 import struct
+from collections import deque
 from collections.abc import Sequence
 
-import numpy as np
 import pytest
 
 from torquerig.assembly import build_simulation
@@ -28,9 +28,7 @@ FIRST = 20 * MS
 SYNC = Frame(cob.SYNC)
 RPDO = struct.Struct("<Hh")
 OPERATE, HALT = 0x0F, 0x10F
-ENTRY = np.dtype([("at_ns", "i8"), ("can_id", "u4"), ("flags", "u1"), ("length", "u1"), ("data", "u1", (8,))])
 HEARTBEAT = nmt.encode_heartbeat(127, NmtState.OPERATIONAL)
-ORIGIN = 123_456_789
 SILENCE = 30 * MS  # longer than any watchdog waits
 
 
@@ -50,7 +48,6 @@ class Rig:
         self.machine, self.devices = simulation.machine, simulation.devices
         self.drives = [node for node in self.devices.nodes.values() if isinstance(node, SimulatedDrive)]
         self.said: list[Frame] = []
-        self.borrowed = 0
 
     def hear(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
@@ -78,49 +75,40 @@ class Rig:
 
 
 class SteadyRig(Rig):
-    """The same, which takes what is regular as steady operation, in batches."""
+    """The same, which takes what is regular as steady operation, a few frames at a time."""
 
-    def __init__(self, plant: str = "fitted", *, batches: random.Random) -> None:
+    def __init__(self, plant: str = "fitted", *, luck: random.Random) -> None:
         super().__init__(plant)
-        self._batches = batches
-        self._entries = np.zeros(64, ENTRY)
-        self._steady = SteadyDrives(self.drives, self.machine, self._entries)
+        self._luck = luck
+        self._steady = SteadyDrives(self.drives, self.machine)
         self._now_ns = 0
+        self.borrowed = 0
 
     def hear(self, arrivals: Sequence[Arrival]) -> None:
-        left = list(arrivals)
+        left = deque(arrivals)
         while left:
-            batch = left[: self._batches.randint(1, 8)]
-            del left[: self._take(batch)]
+            if self._steady.borrow(self._now_ns):
+                self.borrowed += 1
+                for _ in range(self._luck.randint(1, 12)):
+                    if not left or not self._hear_steadily(left[0]):
+                        break
+                    left.popleft()
+                self._now_ns = self._steady.give_back()
+            if left:
+                super().hear([left[0]])
+                self._now_ns = left.popleft().at_ns
+
+    def _hear_steadily(self, arrival: Arrival) -> bool:
+        regular = self._steady.receive(arrival.frame, arrival.at_ns)
+        self.said += self._steady.take()
+        return regular
 
     def pass_until(self, to_ns: int) -> None:
-        self._live([], to_ns)
+        if self._steady.borrow(self._now_ns):
+            self._steady.advance(to_ns)
+            self._steady.give_back()
         super().pass_until(to_ns)
         self._now_ns = to_ns
-
-    def _take(self, batch: list[Arrival]) -> int:
-        """Take some of a batch, at least one; how many."""
-        taken = self._live(batch, 0)
-        if taken == 0:
-            super().hear(batch[:1])
-            self._now_ns = batch[0].at_ns
-            return 1
-        return taken
-
-    def _live(self, batch: list[Arrival], until_ns: int) -> int:
-        steady = self._steady
-        if not steady.borrow(self._now_ns):
-            return 0
-        self.borrowed += 1
-        for place, (at_ns, frame) in enumerate(batch):
-            flags, data = frame.extended | frame.remote << 1, (*frame.data, *bytes(8 - len(frame.data)))
-            self._entries[place] = (at_ns + ORIGIN, frame.can_id, flags, len(frame.data), data)
-        steady.hear(len(batch), ORIGIN)
-        while steady.live(until_ns) and (said := steady.said()):
-            self.said += said
-        taken = steady.taken
-        self._now_ns = steady.give_back()
-        return taken
 
 
 def session(rng: random.Random, cycles: int, amplitude: int, *, gaps: float = 0.03) -> list[Arrival]:
@@ -148,7 +136,7 @@ def session(rng: random.Random, cycles: int, amplitude: int, *, gaps: float = 0.
 
 def both(script: Sequence[Arrival], *, seed: int, plant: str = "fitted") -> tuple[Rig, SteadyRig]:
     """The script on both rigs."""
-    plain, steady = Rig(plant), SteadyRig(plant, batches=random.Random(seed))
+    plain, steady = Rig(plant), SteadyRig(plant, luck=random.Random(seed))
     for rig in (plain, steady):
         rig.pass_until(FIRST - MS)
         rig.hear(script)
@@ -197,7 +185,7 @@ def test_gears_that_give_are_turned_alike() -> None:
 
 
 def test_a_drive_that_is_not_steady_is_not_borrowed() -> None:
-    rig = SteadyRig(batches=random.Random(0))
+    rig = SteadyRig(luck=random.Random(0))
     rig.pass_until(FIRST - MS)
     rig.hear(session(random.Random(0), 3, 0))
     assert rig.borrowed == 0
