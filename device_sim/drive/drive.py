@@ -63,6 +63,7 @@ class SimulatedDrive(CanopenNode):
 
     Attributes:
         axis: Which motor of the machine it turns.
+        machine: The machine.
         behind: The torque drive behind the node.
     """
 
@@ -94,6 +95,7 @@ class SimulatedDrive(CanopenNode):
             raise ValueError(f"a machine with {machine.axes} axes has no axis {axis}")
         truth = parameters or DriveParameters()
         self.axis = axis
+        self.machine = machine
         super().__init__(
             node_id,
             load_dictionary(eds, node_id),

@@ -75,7 +75,7 @@ class SteadyDrives:
         """Let everything happen that is due at or before a time, not before the drives' time.
 
         Returns:
-            Whether that was regular. If not, what comes before has happened, and what the drives lent is to be given back.
+            Whether that was regular. If not, what comes before has happened, and the loan is to be given back.
         """
         while (needed := self._live(to_ns)) in _GIVEN:
             at_ns = self._wanted.item()

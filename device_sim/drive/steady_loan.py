@@ -42,6 +42,7 @@ class Loan:
         self._fields = np.zeros(count * PDOS * MAX_DATA_LENGTH, FIELD)
         tables = self._records, self._effects, self._rpdos, self._tpdos, self._fields, np.zeros(count * PDOS, SAID)
         self.lent = (*tables, (motors.angle, motors.rate, motors.torque, motors.demand))
+        self._heard, self._made, self._values = self._rpdos[:0], self._tpdos[:0], self._fields["value"][:0]
         self._owners: list[LentDrive] = []
         self._plans: list[tuple[object, object]] = []
         self._identifiers: frozenset[int] = frozenset()
@@ -74,15 +75,15 @@ class Loan:
 
     def give_back(self) -> None:
         """Have the drives go on from where the steady cycle ended."""
-        rpdos, tpdos = iter(_rows(self._rpdos)), iter(_rows(self._tpdos))
-        rows = zip(self._drives, self._owners, _rows(self._records), self._effects, strict=True)
-        for drive, owner, (clock, _, path, protection, watchdogs, node), effects in rows:
+        rpdos, tpdos = iter(_rows(self._heard)), iter(_rows(self._made))
+        rows = zip(self._drives, self._owners, _rows(self._records), strict=True)
+        for axis, (drive, owner, (clock, _, path, protection, watchdogs, node)) in enumerate(rows):
             behind, (_, syncs, heard_ns, waiting) = drive.behind, node
             behind.take_back(clock[1], clock[2], clock[3])
             behind.path.take_back(path[0], path[1], path[-2], path[-1])
             behind.protection.take_back(*protection[-3:])
             behind.watchdogs.take_back(*watchdogs[-2:])
-            behind.command.take_back(effects[:waiting].tolist())
+            behind.command.take_back(self._effects[axis, :waiting].tolist() if waiting else ())
             drive.sync.take_back(syncs, clock[1])
             drive.timers.now_ns = heard_ns
             for rpdo, row in zip(owner.rpdos, rpdos, strict=False):
@@ -92,7 +93,7 @@ class Loan:
 
     def measure(self, at_ns: int) -> None:
         """Have all values there that a SYNC's TPDOs may ask for."""
-        rows = zip([tpdo for owner in self._owners for tpdo in owner.tpdos], self._tpdos, strict=False)
+        rows = zip([tpdo for owner in self._owners for tpdo in owner.tpdos], self._made, strict=True)
         for tpdo, record in rows:
             for number, field in enumerate(self._fields[record["first"] : record["end"]]):
                 if field["source"] == ASKED:
@@ -108,7 +109,9 @@ class Loan:
                 end = len(fields) + len(plan.fields)
                 tpdos.append((axis, *plan.frame, len(fields), end, *_UNSENT))
                 fields += [(*field, 0) for field in plan.fields]
-        self._rpdos[: len(rpdos)], self._tpdos[: len(tpdos)], self._fields[: len(fields)] = rpdos, tpdos, fields
+        self._heard, self._made = self._rpdos[: len(rpdos)], self._tpdos[: len(tpdos)]
+        self._heard[:], self._made[:], self._fields[: len(fields)] = rpdos, tpdos, fields
+        self._values = self._fields["value"][: len(fields)]
         self.fleet["rpdos"], self.fleet["tpdos"] = len(rpdos), len(tpdos)
         self._identifiers = frozenset(plan.frame[0] for owner in self._owners for plan in owner.said)
 
@@ -120,12 +123,10 @@ class Loan:
                 self._effects[axis, place] = effect
         rpdos = [rpdo.lend() for owner in self._owners for rpdo in owner.rpdos]
         for name, column in zip(("event_ns", "deadline_ns", "received"), zip(*rpdos, strict=True), strict=False):
-            self._rpdos[name][: len(column)] = column
+            self._heard[name] = column
         tpdos = [tpdo.lend() for owner in self._owners for tpdo in owner.tpdos]
-        self._tpdos["syncs"][: len(tpdos)] = [syncs for syncs, _ in tpdos]
-        self._tpdos["sent"] = 0
-        values = [value for _, values in tpdos for value in values]
-        self._fields["value"][: len(values)] = values
+        self._made["syncs"], self._made["sent"] = [syncs for syncs, _ in tpdos], 0
+        self._values[:] = [value for _, values in tpdos for value in values]
 
     def _is_alone(self) -> bool:
         """Whether all drives hear the same SYNC, and nobody what another one says."""

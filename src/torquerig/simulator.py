@@ -24,6 +24,7 @@ from torquerig.errors import ConfigurationError
 from torquerig.garbage import frozen_heap
 from torquerig.realtime import RealTimeDevices
 from torquerig.realtime_several import PlacedBuses, SeveralRealTimeDevices
+from torquerig.realtime_steady import joined_to
 from torquerig.record import BUS_FILE, RUN_FILE, SIM, TRUTH_FILE, BusLog, claim, write_run, write_table
 from torquerig.rejoining import RETRY_NS, RejoiningBus
 from torquerig.scheduling import Processor, real_time
@@ -165,7 +166,7 @@ def running_drives(
     log = keep.bus_log if keep else None
     if len(bus_urls(settings)) == 1:
         bus = join(settings, log.tap if log else None, tell)
-        devices = RealTimeDevices(bus, simulation.devices)
+        devices = joined_to(bus, simulation.devices)
     else:
         bus, devices = _join_several(settings, simulation.devices, log, tell)
     if keep:
