@@ -1,8 +1,8 @@
 """A cycle's work on the sockets of the kernel's CAN, compiled; records are `kernel_can_port.CAN_WIRE`."""
 
-from typing import Any
+from typing import Any, Final
 
-from torquerig.driver.bus.compiled import compiled
+from torquerig.driver.bus.compiled import brief, compiled
 from torquerig.driver.bus.cyclic_kernels import (
     BATCH,
     CLOCK_MONOTONIC,
@@ -18,6 +18,7 @@ from torquerig.driver.bus.cyclic_kernels import (
     OTHER,
     SO_TIMESTAMPNS,
     STAMP_SIZE,
+    batch_of,
     begin,
     encode,
     errno,
@@ -25,19 +26,23 @@ from torquerig.driver.bus.cyclic_kernels import (
     poll,
     read_clock,
     recvmmsg,
+    send,
     sendmmsg,
     told,
-    wait,
+    wait_aside,
 )
+
+FRAME_SIZE: Final = 16  # struct can_frame
 
 
 @compiled
-def can_receive(wires: Any) -> int:  # noqa: ANN401
-    """Take a batch of frames from a socket of the kernel's CAN, each with its time on the monotonic clock; how many."""
+def can_receive(wires: Any, most: int) -> int:  # noqa: ANN401
+    """Take `most` frames or fewer from a socket of the kernel's CAN, with times on the monotonic clock; how many."""
     wire = wires[0]
-    for k in range(BATCH):
+    room = min(most, BATCH)
+    for k in range(room):
         wire.header_in[k].control_size = STAMP_SIZE
-    got = recvmmsg(wire.process, wire.headers_in_at, BATCH, MSG_DONTWAIT, 0)
+    got = recvmmsg(wire.process, wire.headers_in_at, room, MSG_DONTWAIT, 0)
     if got < 0:
         return 0 if errno() in (EAGAIN, EINTR) else -errno()
     for k in range(got):
@@ -51,11 +56,12 @@ def can_receive(wires: Any) -> int:  # noqa: ANN401
 
 @compiled
 def can_hear(cycles: Any, wires: Any) -> int:  # noqa: ANN401
-    """Take what waits in the socket of process data, of the kernel's CAN."""
+    """Take what waits in the socket of process data, of the kernel's CAN; in a cycle, until all have answered."""
     cycle, wire = cycles[0], wires[0]
-    got = BATCH
-    while got == BATCH:
-        got = can_receive(wires)
+    most = batch_of(cycle)
+    got = most
+    while got == most and most:
+        got = can_receive(wires, most)
         if got < 0:
             return got
         for k in range(got):
@@ -63,17 +69,19 @@ def can_hear(cycles: Any, wires: Any) -> int:  # noqa: ANN401
             known = frame.can_id < cycle.row_of.size and frame.length <= frame.data.size
             if not known or not hear(cycle, wire.at_ns[k], frame.can_id, frame.length, frame.data):
                 cycle.malformed += 1
+        if got == most:
+            most = got = batch_of(cycle)
     return told(cycle)
 
 
-@compiled
+@brief
 def can_take(cycles: Any, wires: Any, until_ns: int) -> int:  # noqa: ANN401
     """Take answers; if nothing is new, wait for frames until a time, and take what has come then."""
     flags = can_hear(cycles, wires)
     if flags:
         return flags
     wire = wires[0]
-    ready = wait(wire, until_ns)
+    ready = wait_aside(wire, until_ns)
     if ready <= 0:
         return ready
     if wire.polled[1].revents:
@@ -81,7 +89,7 @@ def can_take(cycles: Any, wires: Any, until_ns: int) -> int:  # noqa: ANN401
     return flags | OTHER if wire.polled[0].revents and flags >= 0 else flags
 
 
-@compiled
+@brief
 def can_sync(cycles: Any, wires: Any, due_ns: int, look: bool) -> int:  # noqa: ANN401, FBT001
     """Send the SYNC, unless it is too early or frames wait that are no process data."""
     cycle, wire = cycles[0], wires[0]
@@ -101,10 +109,10 @@ def can_sync(cycles: Any, wires: Any, due_ns: int, look: bool) -> int:  # noqa: 
         wire.offset_until_ns = now_ns + OFFSET_AGE_NS
         now_ns = read_clock(wire, CLOCK_MONOTONIC)
     begin(cycle, now_ns)
-    return 0 if sendmmsg(wire.other, wire.header_sync_at, 1, MSG_DONTWAIT) == 1 else -errno()
+    return 0 if send(wire.other, wire.sync_at, FRAME_SIZE, MSG_DONTWAIT) > 0 else -errno()
 
 
-@compiled
+@brief
 def can_command(cycles: Any, wires: Any, first: int, look: bool) -> int:  # noqa: ANN401, FBT001
     """Send the commands from the first on, unless frames wait that are no process data."""
     cycle, wire = cycles[0], wires[0]

@@ -17,6 +17,8 @@ from typing import Any, Final, cast
 
 import numba
 
+from torquerig.driver.bus.record_kernels import RecordAt
+
 _numba: Final[Any] = numba  # it has no types
 Kernel = Callable[..., Any]  # numba gives no types, and the arguments are records
 
@@ -27,27 +29,45 @@ _HOUSE: Final = Path(__file__).resolve().parent
 
 def compiled(function: Kernel) -> Kernel:
     """The function as machine code, made when it is bound or called first; others may run Python meanwhile."""
-    folder = _cache_folder()
-    if folder is None:
-        return cast("Kernel", _numba.njit(**_OPTIONS)(function))
-    found = _CONFIG.CACHE_DIR
-    _CONFIG.CACHE_DIR = str(folder)  # read when the dispatcher is made, and only then
-    try:
-        return cast("Kernel", _numba.njit(cache=True, **_OPTIONS)(function))
-    finally:
-        _CONFIG.CACHE_DIR = found
+    return _made(function, _OPTIONS)
+
+
+def brief(function: Kernel) -> Kernel:
+    """As `compiled`, of what takes microseconds: Python's lock is kept.
+
+    To let it go and take it back costs 50 ns, and another thread that gets hold of it may keep it for 5 ms.
+    """
+    return _made(function, _OPTIONS | {"nogil": False})
 
 
 def bind(kernel: Kernel, *records: Any, scalars: tuple[str, ...] = ()) -> Callable[..., int]:  # noqa: ANN401
-    """A kernel with its records, compiled now; called with its scalars it costs a quarter of numba's own call.
+    """A kernel with its records, compiled now; called with its scalars it costs a sixth of numba's own call.
 
     Args:
         kernel: The kernel.
-        records: Its first arguments, arrays of records; nobody checks their types at a call any more.
+        records: Its first arguments, arrays of one record each, which it is given by their addresses.
         scalars: Names of numba's types of the arguments that follow.
     """
-    types = (*(_numba.typeof(each) for each in records), *(getattr(_numba.types, name) for name in scalars))
-    return partial(kernel.compile(types), *records)  # type: ignore[attr-defined]  # numba's dispatcher has it
+    types = (
+        *(RecordAt(_numba.typeof(each).dtype) for each in records),
+        *(getattr(_numba.types, name) for name in scalars),
+    )
+    entry = kernel.compile(types)  # type: ignore[attr-defined]  # numba's dispatcher has it
+    bound = partial(entry, *(each.ctypes.data for each in records))
+    bound.__dict__["records"] = records  # they must live as long
+    return bound
+
+
+def _made(function: Kernel, options: dict[str, Any]) -> Kernel:
+    folder = _cache_folder()
+    if folder is None:
+        return cast("Kernel", _numba.njit(**options)(function))
+    found = _CONFIG.CACHE_DIR
+    _CONFIG.CACHE_DIR = str(folder)  # read when the dispatcher is made, and only then
+    try:
+        return cast("Kernel", _numba.njit(cache=True, **options)(function))
+    finally:
+        _CONFIG.CACHE_DIR = found
 
 
 @functools.cache

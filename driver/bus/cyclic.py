@@ -53,7 +53,7 @@ SCALE: Final = np.dtype(
 """As `master.scale.AxisScale`."""
 CYCLE: Final = np.dtype(
     [
-        *((name, "i8") for name in ("axes", "commands", "open", "unanswered", "sync_ns")),
+        *((name, "i8") for name in ("axes", "besides", "commands", "open", "unanswered", "sync_ns")),
         *((name, "i8") for name in ("changed", "late", "malformed")),
         ("row_of", "i2", (BASE_IDS,)),
         ("answer", ANSWER, (MOST_ANSWERS,)),
@@ -69,11 +69,11 @@ CYCLE: Final = np.dtype(
     ],
     align=True,
 )
-"""All of a cycle. `answer` is found by `row_of` its COB-ID. By axis are what `answered` holds, whether it answered this
-SYNC, and the fields below: whether its statusword is another one; its words and counts; what it told; and its wanted
-motor torque [N·m at the motor]. `told` is an array of shape (3, axes), with rows Q, TAU and ANSWERED_NS: joint angle
-[rad], actual motor torque [N·m at the motor], how long after SYNC [ns]. `changed` (how many have news), `news`, `late`
-and `malformed` count until they are cleared."""
+"""All of a cycle. Of the TPDOs that it takes `besides` are no answers to SYNC. `answer` is found by `row_of` its
+COB-ID. By axis are what `answered` holds, whether it answered this SYNC, and the fields below: whether its statusword
+is another one; its words and counts; what it told; and its wanted motor torque [N·m at the motor]. `told` is an array
+of shape (3, axes), with rows Q, TAU and ANSWERED_NS: joint angle [rad], actual motor torque [N·m at the motor], how
+long after SYNC [ns]. `changed` (how many have news), `news`, `late` and `malformed` count until they are cleared."""
 Q: Final = 0
 TAU: Final = 1
 ANSWERED_NS: Final = 2

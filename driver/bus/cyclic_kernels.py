@@ -18,10 +18,13 @@ _ADDRESS: Final = _numba.types.uintp
 _external: Final = _numba.types.ExternalFunction
 recvmmsg: Final[Any] = _external("recvmmsg", _INT(_INT, _ADDRESS, _numba.types.uint32, _INT, _ADDRESS))
 sendmmsg: Final[Any] = _external("sendmmsg", _INT(_INT, _ADDRESS, _numba.types.uint32, _INT))
+send: Final[Any] = _external("send", _numba.types.intp(_INT, _ADDRESS, _ADDRESS, _INT))
 poll: Final[Any] = _external("poll", _INT(_ADDRESS, _numba.types.uint64, _INT))
 ppoll: Final[Any] = _external("ppoll", _INT(_ADDRESS, _numba.types.uint64, _ADDRESS, _ADDRESS))
 clock_gettime: Final[Any] = _external("clock_gettime", _INT(_INT, _ADDRESS))
 errno_location: Final[Any] = _external("__errno_location", _numba.types.CPointer(_INT)())
+_let_python_go: Final[Any] = _external("PyEval_SaveThread", _ADDRESS())
+_have_python_back: Final[Any] = _external("PyEval_RestoreThread", _numba.types.void(_ADDRESS))
 
 MSG_DONTWAIT: Final = 0x40
 MSG_NOSIGNAL: Final = 0x4000
@@ -71,7 +74,24 @@ def wait(wire: Any, until_ns: int) -> int:  # noqa: ANN401
     wire.now[0] = left_ns // NS_PER_S
     wire.now[1] = left_ns % NS_PER_S
     ready = ppoll(wire.polled_at, wire.polled_count, wire.now_at, 0)
-    return int(ready) if ready >= 0 or errno() == EINTR else -errno()
+    if ready < 0:
+        return 0 if errno() == EINTR else -errno()
+    return int(ready)
+
+
+@compiled
+def wait_aside(wire: Any, until_ns: int) -> int:  # noqa: ANN401
+    """As `wait`, from a kernel that is `brief`: others may run Python meanwhile."""
+    thread = _let_python_go()
+    ready = wait(wire, until_ns)
+    _have_python_back(thread)
+    return ready
+
+
+@compiled
+def batch_of(cycle: Any) -> int:  # noqa: ANN401
+    """How many frames to ask for: those that are still to come, and any while nobody is to answer."""
+    return min(cycle.unanswered + cycle.besides, BATCH) if cycle.open else BATCH
 
 
 @compiled

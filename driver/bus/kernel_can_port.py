@@ -52,7 +52,7 @@ CAN_WIRE: Final = np.dtype(
         *NOW,
         ("polled", POLLED, (2,)),
         *((name, "i8") for name in ("other", "process", "offset_ns", "offset_until_ns", "latest_ns")),
-        *((name, "u8") for name in ("headers_in_at", "headers_out_at", "header_sync_at")),
+        *((name, "u8") for name in ("headers_in_at", "headers_out_at", "sync_at")),
         ("at_ns", "i8", (BATCH,)),
         ("frame_in", CAN_FRAME, (BATCH,)),
         ("stamp", STAMP, (BATCH,)),
@@ -64,6 +64,7 @@ CAN_WIRE: Final = np.dtype(
     ],
     align=True,
 )
+assert CAN_FRAME.itemsize == can_kernels.FRAME_SIZE  # noqa: S101  (what the kernels were told)
 
 Fail = Callable[[str, OSError], BusError]
 """Makes the bus's error of what failed, as in "cannot send", and why."""
@@ -142,7 +143,7 @@ class KernelCanPort:
         poll_for(self._wire, (other.fileno(), process.fileno()))
         point(self._wire, "header_out", "vector_out", "frame_out", CAN_FRAME.itemsize)
         record["headers_out_at"] = address(self._wire, "header_out")
-        record["header_sync_at"] = address(self._wire, "header_out", _OUT)
+        record["sync_at"] = address(self._wire, "frame_out", _OUT)
         record["frame_out"][_OUT]["can_id"] = cycle.sync.can_id
         for frame, command in zip(record["frame_out"], cycle.field("command")[0], strict=False):
             frame["can_id"], frame["length"] = command["can_id"], command["length"]
@@ -177,7 +178,7 @@ class KernelCanLog:
         self._socket = opened
         self.tap = tap
         self._wire = _wire_of(opened)
-        self._receive = bind(can_kernels.can_receive, self._wire)
+        self._receive = bind(can_kernels.can_receive, self._wire, scalars=("int64",))
 
     def tell(self, offset_ns: int) -> None:
         """Tell the tap what has come.
@@ -189,7 +190,7 @@ class KernelCanLog:
         record["offset_ns"] = offset_ns
         got = BATCH
         while got == BATCH:
-            got = self._receive()
+            got = self._receive(BATCH)
             for k in range(got):
                 can_id, length, _, data = record["frame_in"][k].item()
                 self.tap(int(record["at_ns"][k]), frame_from(can_id, bytes(data[:length])))

@@ -6,8 +6,10 @@ take their time from here wait for each other instead, in every cycle: the contr
 simulator for the next SYNC. The frames, their order and their content on the real bus are what they would be.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
+from torquerig.driver.bus.batches import send_all_of
 from torquerig.driver.bus.interface import Bus, Tap
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Arrival, Frame
@@ -40,6 +42,7 @@ class PatientBus:
         """
         self.stood_still_ns = 0
         self.patient_with = bus
+        self._send_all = send_all_of(bus)
         self._tap = tap
         self._awaited = awaited
         self._within_ns = within_ns
@@ -65,9 +68,15 @@ class PatientBus:
 
     def send(self, frame: Frame) -> None:
         """Hand a frame over for sending; see `Bus.send`."""
-        self.patient_with.send(frame)
+        self.send_all((frame,))
+
+    def send_all(self, frames: Sequence[Frame]) -> int:
+        """Hand frames over for sending; see `BatchBus`."""
+        count = self._send_all(frames)
         self._stamp_ns = self.now_ns()
-        self._follow(frame)
+        for frame in frames[:count]:
+            self._follow(frame)
+        return count
 
     def receive(self, until_ns: int) -> Arrival | None:
         """Return the next frame, or None once `until_ns` has come; see `Bus.receive`."""

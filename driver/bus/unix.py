@@ -19,7 +19,7 @@ import select
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Mapping, MutableSequence
+from collections.abc import Mapping, MutableSequence, Sized
 from socket import socket
 from typing import Final
 
@@ -38,8 +38,8 @@ _ROUNDS: Final = 4096  # frames taken from one member in one go; more than its q
 class UnixBus(can.BusABC):
     """One member of the bus in a folder.
 
-    Sending and receiving may happen in different threads, unless a cycle's port is open (`unix_port`, which knows this
-    class from within). `fileno()` is readable whenever `recv(0)` has something.
+    Sending and receiving may happen in different threads, unless compiled code uses its connections
+    (`unix_connections`, which knows this class from within). `fileno()` is readable whenever `recv(0)` has something.
     Timestamps are the sender's: a receiver that stalled still sees when each frame was sent.
     """
 
@@ -76,6 +76,8 @@ class UnixBus(can.BusABC):
         self._not_taken: Counter[int] = Counter()
         self._counts: Counter[str] = Counter()
         self._peers: dict[int, Peer] = {}
+        self._changes = 0  # of the peers
+        self._kept: Sized = ()  # what others took from the connections, and still have
         self._knock = select.poll()
         self._knock.register(self._place.door, select.POLLIN)
         self._flag = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
@@ -187,6 +189,7 @@ class UnixBus(can.BusABC):
             raise can.CanOperationError(f"this member of the {self.channel_info} is shut down")
 
     def _add(self, connection: socket) -> None:
+        self._changes += 1
         self._peers[connection.fileno()] = Peer(connection, unix_folder.peer_process(connection))
         self._epoll.register(connection, select.EPOLLIN)
 
@@ -229,6 +232,7 @@ class UnixBus(can.BusABC):
         except OSError:
             packet = b""
         if not packet:
+            self._changes += 1
             self._epoll.unregister(peer.connection)
             del self._peers[peer.connection.fileno()]
             peer.connection.close()
@@ -272,7 +276,7 @@ class UnixBus(can.BusABC):
 
     def _settle_flag(self) -> None:
         """Keep `fileno()` readable while there is something that epoll does not know of, for whoever waits on it."""
-        wanted = self._closed or bool(self._inbox)
+        wanted = self._closed or bool(self._inbox) or bool(self._kept)
         if wanted != self._flag_is_up:
             if wanted:
                 os.eventfd_write(self._flag, 1)

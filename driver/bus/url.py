@@ -18,6 +18,7 @@ from can.interfaces import VALID_INTERFACES
 from can.interfaces.socketcan import SocketcanBus
 
 from torquerig.driver.bus.clock import SPIN_NS, RealClock
+from torquerig.driver.bus.cyclic_memory import SUPPORTED
 from torquerig.driver.bus.interface import Bus, Tap
 from torquerig.driver.bus.kernel_can import KernelCanBus
 from torquerig.driver.bus.lockstep import LockstepBus, SimulatedWire
@@ -71,7 +72,7 @@ def open_bus(
     clock = RealClock(spin_ns)
     if isinstance(opened, SocketcanBus):
         return KernelCanBus(opened, clock, tap, spin_ns=spin_ns)
-    if isinstance(opened, UnixBus):
+    if isinstance(opened, UnixBus) and SUPPORTED:
         return UnixMemberBus(opened, clock, tap, spin_ns=spin_ns)
     return PythonCanBus(opened, clock, tap, spin_ns=spin_ns)
 

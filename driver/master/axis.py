@@ -2,7 +2,9 @@
 
 from typing import Final
 
+import numpy as np
 from canopen.objectdictionary import ObjectDictionary
+from numpy.typing import NDArray
 
 from torquerig.driver.master.objects import DriveObjects
 from torquerig.driver.master.profile import CONTROLWORD, POSITION, STATUSWORD, ObjectAddress
@@ -39,6 +41,7 @@ class Axis:
     __slots__ = (
         "_goal",
         "_operation_bits",
+        "_place",
         "controlword",
         "emergency",
         "monitored",
@@ -93,6 +96,7 @@ class Axis:
         self.monitored: dict[ObjectAddress, float] = {}
         self._goal = DriveState.SWITCH_ON_DISABLED
         self._operation_bits = 0
+        self._place: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
 
     @property
     def state_words(self) -> str:
@@ -130,14 +134,19 @@ class Axis:
             self._steer()
         return changed
 
+    def write_to(self, place: NDArray[np.int64]) -> None:
+        """Keep the controlword also in the memory of a cycle that is sent from there, shape (1,)."""
+        self._place = place
+        place[0] = self.controlword
+
     def _steer(self) -> None:
         # a fault is never reset from here: the reset is a deliberate act, over SDO
-        if self.state is None or self._goal is DriveState.SWITCH_ON_DISABLED:
-            self.controlword = 0
-            return
-        self.controlword = controlword_towards(self.state, self._goal)
-        if self.state is DriveState.OPERATION_ENABLED is self._goal:
-            self.controlword |= self._operation_bits
+        controlword = 0
+        if self.state is not None and self._goal is not DriveState.SWITCH_ON_DISABLED:
+            controlword = controlword_towards(self.state, self._goal)
+            if self.state is DriveState.OPERATION_ENABLED is self._goal:
+                controlword |= self._operation_bits
+        self.controlword = self._place[0] = controlword
 
 
 def state_words(state: DriveState | None) -> str:

@@ -146,12 +146,23 @@ class CyclicExchange:
             self._pump.serve(due_ns - self._half_ns)
         if self._next_rpdo_ns < FAR_NS:  # of a cycle that nobody led: its answers would be taken for those to this SYNC
             due_ns = max(due_ns, self._next_rpdo_ns)
-        self._next_sync_ns = self._next_rpdo_ns = self.due_ns = FAR_NS
+            self._next_rpdo_ns = FAR_NS
+        self._next_sync_ns = self.due_ns = FAR_NS
+        port = self.port
         try:
-            complete = self._ask_by_frames(due_ns) if self.port is None else self._ask_port(self.port, due_ns)
+            if self._open and port is not None:
+                self._pump.serve(due_ns)
+                self._close()
+            complete = self._ask_by_frames(due_ns) if port is None else port.exchange(due_ns, self._half_ns)
         except BaseException:
             self._next_sync_ns = self.due_ns = due_ns + self._period_ns  # whoever stops the drives needs the cycle
             raise
+        if port is not None:
+            self.sync_ns = port.sync_ns
+            self.counts.syncs += 1
+            if not complete or self._silent:
+                self._answered = [bool(answered) for answered in port.answered.tolist()]
+                self._close()
         self._next_sync_ns = self.due_ns = self.sync_ns + self._period_ns
         return complete
 
@@ -179,9 +190,13 @@ class CyclicExchange:
         if self._pump.now_ns() - self._rpdo_ns > self._half_ns:
             self.send_torques(self._zeros)
 
-    def command(self, port: PortCycle, *, look: bool) -> int:
-        """Send every axis its controlword and the port's wanted torque; see `PortCycle.command`."""
-        return port.command(0, look=look)
+    def command(self, port: PortCycle, look: bool) -> int:  # noqa: FBT001  (compiled code knows no keywords)
+        """Send every axis its controlword and the port's wanted torque; returns and raises as `PortCycle.checked`.
+
+        Nothing is sent, and OTHER returned, if frames wait and `look` is set.
+        """
+        flags = port.send(0, look)
+        return port.checked(flags) if flags else 0
 
     def _ask_by_frames(self, due_ns: int) -> bool:
         self._pump.serve(due_ns)

@@ -11,7 +11,7 @@ A group is what the loop calls joints: `now_ns`, `sample` and `command`.
 
 from collections.abc import Sequence
 from types import TracebackType
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,6 @@ from torquerig.driver.errors import EnablingRefused, TorqueRigError
 from torquerig.driver.master.axis import Axis
 from torquerig.driver.master.homing import home_axes
 from torquerig.driver.master.objects import Value
-from torquerig.driver.master.port_cycle import PortCycle
 from torquerig.driver.master.pump import SECOND_NS, PumpCounts
 from torquerig.driver.master.samples import AxisSample, CycleCounts, RawSample
 from torquerig.driver.master.scale import AxisScale, AxisSettings
@@ -29,6 +28,7 @@ from torquerig.driver.master.session import DriveSession
 from torquerig.driver.master.settings import GroupSettings
 from torquerig.driver.wire.emcy import Emergency
 
+_tuple: Final = tuple.__new__  # a named tuple's own constructor is a call more, in Python
 _ATTEMPTS_TO_LEAVE = 3  # a person who presses Ctrl-C again must not keep the drives from being disabled
 
 
@@ -51,7 +51,8 @@ class AxisGroup:
             ValueError: Two axes have one node-id.
             EdsError, ProfileError: A drive's description cannot be used.
         """
-        self._session = DriveSession(bus, axes, settings or GroupSettings())
+        self._session = session = DriveSession(bus, axes, settings or GroupSettings())
+        self._exchange, self._watch, self._pump = session.exchange, session.watch, session.pump
         self._scales: tuple[AxisScale, ...] = ()
         self._notices: list[str] = []
 
@@ -175,12 +176,13 @@ class AxisGroup:
             SecondMaster: Another master was heard; the group is stopped.
             BusError: The bus is gone.
         """
-        exchange = self._session.exchange
+        exchange = self._exchange
         if (port := exchange.port) is not None:
             complete = exchange.ask(due_ns)
-            self._stop_on_trouble()
-            q, torque, answered_ns = port.heard()
-            return AxisSample(exchange.sync_ns, q, torque, complete, answered_ns)
+            if self._watch.troubles:
+                self._stop_on_trouble()
+            heard = port.heard()
+            return _tuple(AxisSample, (port.sync_ns, heard[0], heard[1], complete, heard[2]))
         raw = self.sample_raw(due_ns)
         scales, positions, torques = self._scales, raw.positions.tolist(), raw.torques.tolist()
         return AxisSample(
@@ -202,11 +204,20 @@ class AxisGroup:
             ValueError: A torque is not a number; nothing is sent.
             DriveFault, NoAnswer, SecondMaster, BusError: As in `sample`.
         """
-        if (port := self._session.exchange.port) is not None:
-            self._command_port(port, tau_m, due_ns)
-        else:
+        exchange = self._exchange
+        if (port := exchange.port) is None:
             torques = zip(self._scales, tau_m.tolist(), strict=True)
             self.command_raw([scale.torque_counts(torque) for scale, torque in torques], due_ns)
+            return
+        port.want(tau_m)
+        if port.sync_ns < due_ns and self._pump.now_ns() < due_ns:
+            self._pump.serve(due_ns)
+        if self._watch.troubles:
+            self._stop_on_trouble()
+        if exchange.command(port, True):  # noqa: FBT003  (compiled code knows no keywords)
+            port.hand_out()
+            self._stop_on_trouble()
+            exchange.command(port, False)  # noqa: FBT003
 
     def sample_raw(self, due_ns: int) -> RawSample:
         """As `sample`, in the drives' own counts: for calibration."""
@@ -257,19 +268,6 @@ class AxisGroup:
         """
         self._session.service.run({node_id: self._axis(node_id).objects.write(index, subindex, value)})
         self._stop_on_trouble()
-
-    def _command_port(self, port: PortCycle, tau_m: NDArray[np.float64], due_ns: int) -> None:
-        session = self._session
-        if tau_m.shape != port.wanted.shape:
-            raise ValueError(f"{len(port.wanted)} torques are needed, not {tau_m.shape}")
-        if port.sync_ns < due_ns and session.pump.now_ns() < due_ns:
-            session.pump.serve(due_ns)
-        self._stop_on_trouble()
-        port.wanted[:] = tau_m
-        if session.exchange.command(port, look=True):
-            port.hand_out()
-            self._stop_on_trouble()
-            session.exchange.command(port, look=False)
 
     def _axis(self, node_id: int) -> Axis:
         for axis in self.axes:

@@ -43,15 +43,15 @@ class GroupExchange(CyclicExchange):
         frames.append(Frame(GROUP_COB, torques))
         return frames
 
-    def command(self, port: PortCycle, *, look: bool) -> int:
+    def command(self, port: PortCycle, look: bool) -> int:  # noqa: FBT001
         """As `CyclicExchange`: the torques of all, behind their controlwords when these are new or it is their turn."""
         cycle = (self._cycle + 1) % STATUS_CYCLES
         controlwords: list[int | None] = [axis.controlword for axis in self._axes]
         tell_all = cycle == 0 or controlwords != self._told
-        flags = port.command(0 if tell_all else len(self._axes), look=look)
-        if not flags:
-            self._cycle, self._told = cycle, controlwords
-        return flags
+        if flags := port.send(0 if tell_all else len(self._axes), look):
+            return port.checked(flags)
+        self._cycle, self._told = cycle, controlwords
+        return 0
 
     def _lay_out(self, plan: CycleMap) -> None:
         for place, axis in enumerate(self._axes):

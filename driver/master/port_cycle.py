@@ -1,8 +1,7 @@
 """A cycle through a bus's port (`bus.cyclic`): laid out once, led here, the frames moved by compiled code."""
 
 from collections.abc import Sequence
-from operator import attrgetter
-from typing import Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,6 @@ from torquerig.driver.master.watch import Watch
 from torquerig.driver.wire.pdo import PdoLayout
 from torquerig.driver.wire.sync import SYNC_FRAME
 
-_controlword_of: Final = attrgetter("controlword")
 _AT_MOST: Final = 64
 """Frames that are no process data, handed out between two steps of a cycle: a bus that never falls silent must not
 keep SYNC and commands from going out."""
@@ -68,6 +66,7 @@ class CycleMap:
         for name, place in zip(("status", "position", "torque"), places, strict=True):
             if place is not None:
                 row[name] = _place(layout, place)
+        self._record["besides"] += not answers
         self._record["row_of"][can_id] = len(self._answer_ids)
         self._answer_ids.append(can_id)
 
@@ -101,7 +100,9 @@ class PortCycle:
     Attributes:
         sync_ns: When the last SYNC was sent [ns].
         answered: Who has answered the last SYNC, shape (n,).
-        wanted: Motor torques to command, shape (n,) [N·m at the motor].
+        heard: Returns what the axes told, as of their last answers, shape (3, n); the caller's own. Its rows are joint
+            angle [rad], actual motor torque [N·m at the motor], and how long after SYNC it came [ns] (NaN: it has not).
+        send: The port's `command`; what it returns is for `checked`.
     """
 
     def __init__(
@@ -119,9 +120,12 @@ class PortCycle:
         """
         count = len(axes)
         self.sync_ns = 0
-        self._heard: NDArray[np.float64] = cycle.block["told"][0, : 3 * count].reshape(3, count)
+        heard: NDArray[np.float64] = cycle.block["told"][0, : 3 * count].reshape(3, count)
+        self.heard = heard.copy
+        self.send = port.command
         self.answered: NDArray[np.int64] = cycle.field("answered", count)
-        self.wanted: NDArray[np.float64] = cycle.field("wanted", count)
+        self._wanted: NDArray[np.float64] = cycle.field("wanted", count)
+        self._room: Any = memoryview(cast("Any", self._wanted))  # to mypy arrays are no buffers
         self._counts = counts
         self._pump = pump
         self._port = port
@@ -129,19 +133,12 @@ class PortCycle:
         self._watch = watch
         self._statuswords = cycle.field("statusword", count)
         self._news = cycle.field("news", count)
-        self._controlwords = cycle.field("controlword", count)
-        self._told: list[int] = []
-        self._sync_ns, self._open, self._changed = (cycle.field(name) for name in ("sync_ns", "open", "changed"))
+        controlwords: NDArray[np.int64] = cycle.field("controlword", count)
+        for place, axis in enumerate(axes):
+            axis.write_to(controlwords[place : place + 1])
+        self._sync_ns = cycle.field("sync_ns").item
+        self._open, self._changed = cycle.field("open"), cycle.field("changed")
         self._late, self._malformed = cycle.field("late"), cycle.field("malformed")
-
-    def heard(self) -> NDArray[np.float64]:
-        """What the axes told, as of their last answers, in rows.
-
-        Returns:
-            Joint angle [rad], actual motor torque [N·m at the motor], and how long after SYNC that came [ns] (NaN: it
-            has not), shape (3, n); the caller's own.
-        """
-        return self._heard.copy()
 
     def exchange(self, due_ns: int, patience_ns: int) -> bool:
         """Wait until a time, send the SYNC, and take answers until all are there, serving the bus all the while.
@@ -159,8 +156,9 @@ class PortCycle:
         port = self._port
         if flags := port.sync(due_ns, True):  # noqa: FBT003  (compiled code knows no keywords)
             self._sync_after(flags, due_ns)
-        self.sync_ns = sync_ns = self._sync_ns.item()
-        next_ns = self._pump.fire(sync_ns)
+        self.sync_ns = sync_ns = self._sync_ns()
+        if (next_ns := self._pump.quiet_ns) <= sync_ns:
+            next_ns = self._pump.fire(sync_ns)
         until_ns = sync_ns + patience_ns
         flags = port.take(until_ns if until_ns < next_ns else next_ns)
         return flags == DONE or self._collect(flags, until_ns)
@@ -195,26 +193,33 @@ class PortCycle:
                 return False
             flags = port.take(min(until_ns, next_ns))
 
-    def command(self, first: int, *, look: bool) -> int:
-        """Send the wanted torques; the port's flags: only OTHER, and nothing sent, if frames wait and `look` is set.
+    def want(self, tau_m: NDArray[np.float64]) -> None:
+        """Take the motor torques that are to be commanded.
 
         Args:
-            first: The first of the cycle's commands to be sent.
-            look: Whether to look before.
+            tau_m: Motor torques, shape (n,) [N·m at the motor].
 
         Raises:
-            ValueError: A torque is not a number; nothing was sent.
+            ValueError: They are not n.
+        """
+        try:
+            self._room[:] = tau_m  # half of what numpy takes, and sees that kind and shape are the same
+        except (TypeError, ValueError, BufferError):
+            if tau_m.shape != self._wanted.shape:
+                raise ValueError(f"{len(self._axes)} torques are needed, not {tau_m.shape}") from None
+            self._wanted[:] = tau_m
+
+    def checked(self, flags: int) -> int:
+        """The flags that `send` returned, if they are no error.
+
+        Raises:
+            ValueError: A wanted torque is not a number; nothing was sent.
             BusError: The bus is gone.
         """
-        told = list(map(_controlword_of, self._axes))
-        if told != self._told:
-            self._told = told
-            self._controlwords[:] = told
-        flags = self._port.command(first, look)
         if flags < 0:
             raise self._port.error(flags)
         if flags & NOT_A_NUMBER:
-            raise ValueError(f"{self.wanted.tolist()} [N·m] are no torques")
+            raise ValueError(f"{self._wanted.tolist()} [N·m] are no torques")
         return flags
 
     def hand_out(self) -> None:

@@ -20,7 +20,11 @@ Handler = Callable[[int, bytes], None]
 
 
 class Timed(Protocol):
-    """Something that is to happen at a time."""
+    """Something that is to happen at a time.
+
+    Attributes:
+        due_ns: When [ns]. While a loop leads the cycle it gets no earlier.
+    """
 
     due_ns: int
 
@@ -52,6 +56,8 @@ class Pump:
         bus: The bus.
         handlers: Who takes a frame, by COB-ID: called with its time [ns] and data, and never raises.
         counts: What was of no use.
+        quiet_ns: Nothing is due before, as `fire` saw it last [ns]; 0 once something was added. Whoever leads the cycle
+            may trust it.
         echoes: Whether the bus gives own frames back, see `learn_echo`; then a frame on a COB-ID that was sent to is
             taken for the echo as often as it was sent, and only what exceeds that is somebody else's.
     """
@@ -60,6 +66,7 @@ class Pump:
     handlers: dict[int, Handler] = field(default_factory=dict)
     counts: PumpCounts = field(default_factory=PumpCounts)
     echoes: bool = False
+    quiet_ns: int = 0
     _timed: tuple[Timed, ...] = ()  # a new one at each change, so that what is fired may add and remove
     _awaited_echoes: dict[int, int] = field(default_factory=dict)
 
@@ -70,6 +77,7 @@ class Pump:
     def add_timed(self, timed: Timed) -> None:
         """Let something happen whenever it is due, from now on."""
         self._timed = (*self._timed, timed)
+        self.quiet_ns = 0  # so that whoever trusts it looks again
 
     def remove_timed(self, timed: Timed) -> None:
         """Let it happen no more; nothing if it does not."""
@@ -122,11 +130,13 @@ class Pump:
     def fire(self, now_ns: int) -> int:
         """Let happen what is due; when something is due next [ns]."""
         next_ns = FAR_NS
-        for timed in self._timed:
+        all_timed = self._timed
+        for timed in all_timed:
             if timed.due_ns <= now_ns:
                 timed.fire(now_ns)
             if timed.due_ns < next_ns:  # noqa: PLR1730  (min costs a call each)
                 next_ns = timed.due_ns
+        self.quiet_ns = next_ns if self._timed is all_timed else 0
         return next_ns
 
     def learn_echo(self, frame: Frame, patience_ns: int) -> None:

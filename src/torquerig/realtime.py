@@ -4,16 +4,17 @@ The devices' time is the bus clock less an origin. It never runs ahead of a fram
 frames are taken by the times at which they were complete, so that no watchdog trips for want of a frame that is there.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final, Protocol
 
 from torquerig.device_sim.arbitration import SendQueues, Waiting
 from torquerig.device_sim.devices import Emission
+from torquerig.driver.bus.batches import send_all_of
 from torquerig.driver.bus.echoes import EchoFilter
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.errors import BusError
-from torquerig.driver.wire.frame import Arrival, Frame
+from torquerig.driver.wire.frame import Frame
 
 WAKE_NS: Final = 200_000
 """A little more than a process takes to wake up. Events in the devices happen at their exact times however late they
@@ -57,6 +58,7 @@ class RealTimeDevices:
                 ready a frame may go out [ns].
         """
         self._bus = bus
+        self._send_all = send_all_of(bus)
         self._wake_ns = wake_ns
         self._devices = devices
         self._queues = SendQueues()
@@ -119,7 +121,8 @@ class RealTimeDevices:
             # the frames that came before due_ns are all taken; what came since is next, so time goes no further
             self._latest_ns = max(self._latest_ns, due_ns)
             self._queue(self._devices.advance(self._latest_ns))
-        self._send_ready()
+        if self._queues.ready_ns() <= self._latest_ns + self._wake_ns:
+            self._send_ready()
 
     def _heard(self, until_ns: int) -> bool:
         """Take the next frame; False when none came until a time of the bus."""
@@ -127,13 +130,10 @@ class RealTimeDevices:
         if arrival is None:
             return False
         if not self._echoes.is_echo(arrival):
-            self._hear(arrival)
+            # at its own time, or now if the devices are further already
+            self._latest_ns = max(self._latest_ns, arrival.at_ns - self._origin_ns)
+            self._queue(self._devices.receive(arrival.frame, self._latest_ns))
         return True
-
-    def _hear(self, arrival: Arrival) -> None:
-        """Give a frame to the devices at its own time, or now if they are further already."""
-        self._latest_ns = max(self._latest_ns, arrival.at_ns - self._origin_ns)
-        self._queue(self._devices.receive(arrival.frame, self._latest_ns))
 
     def _queue(self, emissions: list[Emission]) -> None:
         """Put what the devices want to send into their send queues."""
@@ -143,21 +143,32 @@ class RealTimeDevices:
     def _send_ready(self) -> None:
         """Send what is ready, by arbitration; the siblings of a sender hear it too.
 
-        What they answer waits until the bus has been looked at: drives that answer each other for ever must not keep
-        the others from being heard.
+        All that is ready goes out before any sibling hears it, and what they answer waits until the bus has been looked
+        at: drives that answer each other for ever must not keep the others from being heard.
         """
-        soon_ns = self._latest_ns + self._wake_ns
-        for _ in range(len(self._queues)):
-            if self._queues.ready_ns() > soon_ns:
-                break
-            waiting = self._queues.take(soon_ns)
+        queues, soon_ns = self._queues, self._latest_ns + self._wake_ns
+        ready: list[Waiting] = []
+        while queues and queues.ready_ns() <= soon_ns:
+            ready.append(queues.take(soon_ns))
+        while ready:
             try:
-                self._send(waiting)
+                ready = ready[self._send(ready) :]
             except BusError:
                 self.lost += 1  # as a real drive's frame is when nobody acknowledges it
+                del ready[0]
 
-    def _send(self, waiting: Waiting) -> None:
-        """Send a frame to the bus, and to the siblings of its sender."""
-        self._bus.send(waiting.frame)
-        self._echoes.sent(waiting.frame, self._origin_ns + self._latest_ns)
-        self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))
+    def _send(self, ready: Sequence[Waiting]) -> int:
+        """Send frames, or the first few of them; how many a bus took.
+
+        Raises:
+            BusError: It took none.
+        """
+        return self._send_batch(ready, self._echoes)
+
+    def _send_batch(self, batch: Sequence[Waiting], echoes: EchoFilter) -> int:
+        """Send frames to a bus, and to the siblings of their senders; how many the bus took, from the first on."""
+        count = self._send_all([waiting.frame for waiting in batch])
+        for waiting in batch[:count]:
+            echoes.sent(waiting.frame, self._origin_ns + self._latest_ns)
+            self._queue(self._devices.receive(waiting.frame, self._latest_ns, waiting.node_id))
+        return count

@@ -1,9 +1,11 @@
 """Simulated devices in real time on several buses: groups that hear only their own bus, and turn one machine."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
 
 from torquerig.device_sim.arbitration import Waiting
 from torquerig.device_sim.devices import Emission, SimulatedDevices
+from torquerig.driver.bus.batches import send_all_of
 from torquerig.driver.bus.echoes import EchoFilter
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.merged import MergedReception, Wait
@@ -70,6 +72,7 @@ class PlacedBuses:
         self.heard_on = 0
         self.send_on = 0
         self._members = tuple(members)
+        self._sends = tuple(send_all_of(member) for member in members)
         self._merged = MergedReception(members, wait)
 
     def now_ns(self) -> int:
@@ -83,6 +86,10 @@ class PlacedBuses:
     def send(self, frame: Frame) -> None:
         """Hand a frame over to the bus at `send_on`; see `Bus.send`."""
         self._members[self.send_on].send(frame)
+
+    def send_all(self, frames: Sequence[Frame]) -> int:
+        """Hand frames over to the bus at `send_on`; see `BatchBus`."""
+        return self._sends[self.send_on](frames)
 
     def receive(self, until_ns: int) -> Arrival | None:
         """Return the next frame, which came from the bus at `heard_on`; see `Bus.receive`."""
@@ -127,8 +134,7 @@ class SeveralRealTimeDevices(RealTimeDevices):
             self._queue(self._groups.hear(place, arrival.frame, self._latest_ns))
         return True
 
-    def _send(self, waiting: Waiting) -> None:
-        place = self._placed.send_on = self._groups.places[waiting.node_id]
-        self._bus.send(waiting.frame)
-        self._echoes_of[place].sent(waiting.frame, self._origin_ns + self._latest_ns)
-        self._queue(self._groups.receive(waiting.frame, self._latest_ns, waiting.node_id))
+    def _send(self, ready: Sequence[Waiting]) -> int:
+        place = self._placed.send_on = self._groups.places[ready[0].node_id]
+        batch = list(takewhile(lambda waiting: self._groups.places[waiting.node_id] == place, ready))
+        return self._send_batch(batch, self._echoes_of[place])

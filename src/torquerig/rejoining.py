@@ -1,8 +1,9 @@
 """A bus that may go and come back, for those who outlive it: a drive does not end because its cable is pulled."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
+from torquerig.driver.bus.batches import send_all_of
 from torquerig.driver.bus.clock import RealClock
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.merged import Waitable
@@ -36,6 +37,7 @@ class RejoiningBus:
         self._rest_ns = rest_ns
         self._again_ns = 0  # when to try next, while the bus is gone
         self._bus: Bus | None = join()
+        self._send_all = send_all_of(self._bus)
 
     def now_ns(self) -> int:
         """Return CLOCK_MONOTONIC [ns]."""
@@ -52,10 +54,14 @@ class RejoiningBus:
             BusError: It cannot be sent, or the bus is gone.
             ValueError: It is not a classic CAN frame.
         """
+        self.send_all((frame,))
+
+    def send_all(self, frames: Sequence[Frame]) -> int:
+        """Hand frames over for sending; see `BatchBus`."""
         if self._bus is None:
             raise LinkLost("the bus is gone")
         try:
-            self._bus.send(frame)
+            return self._send_all(frames)
         except LinkLost as error:
             self._leave(error)
             raise
@@ -94,6 +100,7 @@ class RejoiningBus:
         if self._bus is None:
             self._clock.wait_until(min(until_ns, self.now_ns() + RETRY_NS))
             return None
+        self._send_all = send_all_of(self._bus)
         self._tell("the bus is back")
         return self._bus
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 
 import pytest
@@ -116,6 +117,60 @@ class TestACycle:
         assert bench.port.command(0, True) == NOT_A_NUMBER
         bench.port.sync(LONG_AGO, True)
         assert bench.heard(1) == [SYNC_FRAME]
+
+
+class TestFramesOfOneTake:
+    def test_what_comes_behind_the_last_answer_waits_for_the_next_sync(self, bench):
+        bench.port.sync(LONG_AGO, True)
+        for frame in (answer(0), answer(1), answer(1, position=5)):
+            bench.say(frame)
+        assert take_until(bench.port, DONE) & ODD == 0
+        bench.port.sync(LONG_AGO, True)
+        for axis in range(2):
+            bench.say(answer(axis))
+        assert take_until(bench.port, DONE) & ODD
+        assert count(bench, "late") == 1
+
+    def test_tpdos_that_are_no_answers_are_taken_with_those_that_are(self, bench):
+        bench.cycle.block["answer"]["answers"][0, 1] = 0
+        bench.cycle.block["besides"] = 1
+        bench.port.sync(LONG_AGO, True)
+        bench.cycle.block["unanswered"] = 1
+        bench.say(answer(0))
+        bench.say(answer(1, position=5))
+        assert take_until(bench.port, DONE) & DONE
+        if bench.told[0, 1] != SCALES[1].angle(5):  # on a real bus it may come a moment later
+            bench.port.take(time.monotonic_ns() + PATIENCE_NS)
+        assert bench.told[0, 1] == SCALES[1].angle(5)
+
+    def test_a_flood_behind_the_answers_is_all_taken_before_the_next_sync(self, bench):
+        bench.port.sync(LONG_AGO, True)
+        for _ in range(5):  # fewer than a queue of datagrams holds
+            bench.say(answer(0))
+        bench.say(answer(1))
+        assert take_until(bench.port, DONE) & DONE
+        for _ in range(5):
+            bench.say(answer(0))
+        bench.port.sync(LONG_AGO, True)
+        assert count(bench, "late") == 5
+
+
+def test_others_run_python_while_a_port_waits(bench):
+    begun = threading.Event()
+
+    def reply():
+        begun.wait()
+        for axis in range(2):
+            bench.say(answer(axis))
+
+    bench.port.sync(LONG_AGO, True)
+    thread = threading.Thread(target=reply)
+    thread.start()
+    begun.set()
+    began_ns = time.monotonic_ns()
+    assert take_until(bench.port, DONE) & DONE
+    thread.join()
+    assert time.monotonic_ns() - began_ns < PATIENCE_NS
 
 
 class TestOtherFrames:

@@ -11,6 +11,8 @@ from torquerig.benchmarks.enabled import enabled_rotors
 from torquerig.benchmarks.wire_answered import AnsweredBus
 from torquerig.benchmarks.wire_places import place_of
 from torquerig.driver.errors import DriveFault, NoAnswer, SecondMaster
+from torquerig.driver.master.pump import FAR_NS
+from torquerig.driver.wire.cia402 import DriveState
 from torquerig.driver.wire.sync import SYNC_FRAME
 
 AT_ONCE = 0
@@ -166,7 +168,50 @@ def test_another_master_is_noticed(mortal):
         cycle(group)
 
 
-@pytest.mark.parametrize("torques", [np.array([0.1, math.nan, 0.1]), np.array([0.1])])
+@pytest.mark.parametrize(
+    "torques", [np.array([1, 0, -1]), np.array([0.5, 0.25, -1], dtype=np.float32), np.arange(6.0)[::-2] / 10]
+)
+def test_torques_of_any_kind_of_number_are_taken(rig, torques):
+    group, drives = rig
+    group.sample(AT_ONCE)
+    drives.heard()
+    group.command(torques, AT_ONCE)
+    scales = [axis.scale for axis in group.axes]
+    assert drives.torques() == [scale.torque_counts(tau) for scale, tau in zip(scales, torques.tolist(), strict=True)]
+
+
+def test_controlwords_follow_the_drives_states(mortal):
+    group, drives = mortal
+    group.sample(AT_ONCE)
+    drives.heard()
+    group.axes[1].aim(DriveState.SWITCH_ON_DISABLED)
+    group.command(TORQUES, AT_ONCE)
+    words = [struct.unpack("<Hh", data)[0] for can_id, data in drives._frames() if 0x201 <= can_id <= 0x203]
+    assert words == [0x0F, 0x00, 0x0F]
+
+
+def test_what_is_added_while_a_loop_leads_happens_with_the_next_sync(rig):
+    group, _ = rig
+    fired = []
+
+    class Once:
+        due_ns = 0
+
+        def fire(self, now_ns):
+            fired.append(now_ns)
+            self.due_ns = FAR_NS
+
+    once, pump = Once(), group.session.pump
+    group.sample(AT_ONCE)
+    pump.add_timed(once)
+    sample_times(group, 3)
+    pump.remove_timed(once)
+    assert len(fired) == 1
+
+
+@pytest.mark.parametrize(
+    "torques", [np.array([0.1, math.nan, 0.1]), np.array([0.1]), np.zeros((1, 3)), np.zeros((3, 1))]
+)
 def test_what_are_no_torques_is_refused_and_nothing_is_sent(rig, torques):
     group, drives = rig
     group.sample(AT_ONCE)
