@@ -180,6 +180,18 @@ class Estimator(ABC):
             ValueError: If `at_ns` is not later than the sample before.
         """
         self.q[:] = q
+        self.step(at_ns)
+        return self.rate
+
+    def step(self, at_ns: int) -> None:
+        """As `update`, of the angles that stand in `q`: whoever has a quicker way to put them there does so.
+
+        Args:
+            at_ns: When they were sampled, later than the sample before.
+
+        Raises:
+            ValueError: If `at_ns` is not later than the sample before.
+        """
         previous = self._at_ns
         if previous is None:
             self.rate[:] = 0.0
@@ -189,7 +201,6 @@ class Estimator(ABC):
         else:
             self._advance(at_ns, at_ns - previous)
         self._at_ns = at_ns
-        return self.rate
 
     @abstractmethod
     def _begin(self, at_ns: int) -> None:

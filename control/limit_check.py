@@ -16,6 +16,8 @@ CONDITIONING: Final = 4  # least [1]
 DISTANCE: Final = 5  # least, to a singular pose [m]
 JOINT_SPEED: Final = 6  # greatest [rad/s]
 POSITION_ERROR: Final = 7  # greatest [m]
+TORQUE: Final = 8  # what is commanded at most [N·m at the motor]
+TORQUE_STOP: Final = 9  # what stops the machine [N·m at the motor]
 
 
 @compiled

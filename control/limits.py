@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ class Limits:
         torque: Greatest torque that is commanded; more is cut to it [N·m at the motor].
         torque_stop: Greatest torque that a law may ask for; more stops the machine [N·m at the motor].
         singularity_distance: Least straight-line distance of the end-effector to a singular pose [m].
+        bounds: All of them as kernels take them, in the layout of `limit_check`.
     """
 
     x: tuple[float, float]
@@ -39,13 +41,14 @@ class Limits:
     torque: float
     torque_stop: float
     singularity_distance: float = 0.0
-    _bounds: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    bounds: NDArray[np.float64] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Lay the bounds out for `within`, and have it compiled now, not in the first cycle."""
         place = (*self.x, *self.y, self.conditioning, self.singularity_distance)
-        object.__setattr__(self, "_bounds", np.array((*place, self.joint_speed, self.position_error), dtype=np.float64))
-        within(np.zeros(PACKED), self._bounds, *[math.nan] * 7)
+        rest = (self.joint_speed, self.position_error, self.torque, self.torque_stop)
+        object.__setattr__(self, "bounds", np.array((*place, *rest), dtype=np.float64))
+        within(np.zeros(PACKED), self.bounds, *[math.nan] * 7)
 
     def check_state(self, model: Manipulator, state: State, desired: Desired) -> None:
         """Hold the measured state against the limits.
@@ -62,13 +65,24 @@ class Limits:
         """
         x, y = state.position.tolist()
         x_d, y_d = desired.position.tolist()
-        if within(model.constants, self._bounds, x, y, x_d, y_d, *state.qd.tolist()):
-            return
+        if not within(model.constants, self.bounds, x, y, x_d, y_d, *state.qd.tolist()):
+            self.refuse(model, state, desired)
+
+    def refuse(self, model: Manipulator, state: State, desired: Desired) -> NoReturn:
+        """Say which limit is violated first.
+
+        Args:
+            model: The manipulator as the controller knows it.
+            state: The manipulator as measured; outside the limits.
+            desired: What the reference asks for now.
+
+        Raises:
+            LimitExceeded, ReachError: As `check_state`.
+        """
         self._check_place(model, state.position)
         self._check_rates(state.qd)
-        error = math.hypot(x_d - x, y_d - y)
-        if not error <= self.position_error:
-            raise LimitExceeded("position error", "end-effector", error, self.position_error, "m")
+        error = math.dist(desired.position.tolist(), state.position.tolist())
+        raise LimitExceeded("position error", "end-effector", error, self.position_error, "m")
 
     def clip(self, tau: NDArray[np.float64], command: NDArray[np.float64]) -> int:
         """Cut motor torques to the torque limit.
@@ -109,7 +123,7 @@ class Limits:
         """
         for position, qd in zip(table.position, table.qd, strict=True):
             x, y = position.tolist()
-            if not within(model.constants, self._bounds, x, y, x, y, *qd.tolist()):
+            if not within(model.constants, self.bounds, x, y, x, y, *qd.tolist()):
                 self._check_place(model, position)
                 self._check_rates(qd)
 

@@ -7,9 +7,9 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.joints import JointSample
-from torquerig.control.law import State
 from torquerig.control.reference import ReferenceTable
+from torquerig.control.row import ROW
+from torquerig.control.row import columns as columns_of_rows
 
 
 class Quantity(NamedTuple):
@@ -71,8 +71,8 @@ class LoopLog:
         lateness_ns: The sample's instant after its due time.
         sample_ns: When the sample was there, after the due time.
         command_ns: When the command had left, after the due time.
-        work_ns: The cycle's own work by the stopwatch: estimator, kinematics, law, limits, log.
-        law_ns: The law's share of it: estimator, kinematics and law.
+        work_ns: The cycle's own work by the stopwatch: estimator, kinematics, limits, law, log.
+        law_ns: What of it stands between sample and command: estimator, kinematics, limits and law.
         tpdo_ns: When each axis answered, after the sample's instant.
         q: Measured joint angles.
         qd: Estimated joint rates.
@@ -86,6 +86,8 @@ class LoopLog:
         desired_acceleration: The reference's acceleration.
         desired_q: The reference's joint angles.
         desired_qd: The reference's joint rates.
+        cells: What the loop writes, one row a cycle, shape (n, ROW) in the layout of `Row`, of which the measured and
+            the torques' columns are views; None in a log that was read back.
     """
 
     rows: int
@@ -114,11 +116,13 @@ class LoopLog:
     desired_acceleration: Accelerations
     desired_q: JointAngles
     desired_qd: JointRates
+    cells: NDArray[np.float64] | None = None
 
     @classmethod
     def for_table(cls, table: ReferenceTable) -> Self:
         """An empty log with room for every cycle of a reference table."""
         n = len(table)
+        cells = np.full((n, ROW), np.nan)
         return cls(
             rows=0,
             start_ns=0,
@@ -133,14 +137,8 @@ class LoopLog:
             command_ns=np.zeros(n, dtype=np.int64),
             work_ns=np.zeros(n, dtype=np.int64),
             law_ns=np.full(n, np.nan),
-            tpdo_ns=np.full((n, 3), np.nan),
-            q=np.full((n, 3), np.nan),
-            qd=np.full((n, 3), np.nan),
-            position=np.full((n, 2), np.nan),
-            velocity=np.full((n, 2), np.nan),
-            tau_law=np.full((n, 3), np.nan),
-            tau=np.full((n, 3), np.nan),
-            tau_actual=np.full((n, 3), np.nan),
+            cells=cells,
+            **columns_of_rows(cells),
             desired_position=table.position,
             desired_velocity=table.velocity,
             desired_acceleration=table.acceleration,
@@ -153,29 +151,6 @@ class LoopLog:
         self.skipped[k] = True
         self.lateness_ns[k] = lateness_ns
         self.rows = k + 1
-
-    def begin(self, k: int, sample: JointSample, sample_ns: int, lateness_ns: int) -> None:
-        """Row `k` has its sample: taken `lateness_ns`, there `sample_ns` after the due time."""
-        self.lateness_ns[k] = lateness_ns
-        self.sample_ns[k] = sample_ns
-        self.complete[k] = sample.complete
-        if sample.answered_ns is not None:
-            self.tpdo_ns[k] = sample.answered_ns
-        self.q[k] = sample.q
-        self.tau_actual[k] = sample.torque
-        self.rows = k + 1
-
-    def observe(self, k: int, state: State) -> None:
-        """Row `k` has its estimated state."""
-        self.qd[k] = state.qd
-        self.position[k] = state.position
-        self.velocity[k] = state.velocity
-
-    def finish(self, k: int, tau: NDArray[np.float64], command_ns: int, work_ns: int) -> None:
-        """Row `k` has commanded: torques of shape (3,) [N·m] left `command_ns` after the due time, after `work_ns`."""
-        self.tau[k] = tau
-        self.command_ns[k] = command_ns
-        self.work_ns[k] = work_ns
 
     def columns(self) -> Iterator[Column]:
         """Every quantity, part by part, the valid rows only, with its unit: a table as it may be written to a file."""

@@ -4,16 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from torquerig.control.compensation import NOTHING, Compensation
+from torquerig.control.computing import Compute, Merged, Stepped
 from torquerig.control.estimators import Estimator
-from torquerig.control.joints import Joints, JointSample
-from torquerig.control.law import Law, State, Torque
+from torquerig.control.joints import Joints
+from torquerig.control.law import Law, Torque
 from torquerig.control.limits import Limits
 from torquerig.control.log import LoopLog
+from torquerig.control.log_writer import LogWriter
 from torquerig.control.observer import Observer
 from torquerig.control.reference import ReferenceTable
+from torquerig.control.row import Row
+from torquerig.control.terms import TermsTorque
 from torquerig.mechanism import Manipulator
 
 
@@ -27,7 +30,7 @@ class Controller:
         law: The control law.
         limits: What stops the machine.
         compensation: What is put around the law of what was measured.
-        torque: The law as the loop calls it, with the compensation.
+        torque: The law with the compensation, as the loop calls it unless it merges it into a call of its own.
     """
 
     model: Manipulator
@@ -36,22 +39,28 @@ class Controller:
     limits: Limits
     compensation: Compensation = NOTHING
     torque: Torque = field(init=False, repr=False, compare=False)
-    _observer: Observer = field(init=False, repr=False, compare=False)
+    _work: Merged | Stepped = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "torque", self.compensation.around(self.law.in_loop()))
-        object.__setattr__(self, "_observer", Observer(self.model, self.estimator))
+        law = self.law.in_loop()
+        object.__setattr__(self, "torque", self.compensation.around(law))
+        object.__setattr__(self, "_work", self._work_of(law))
 
-    def observe(self, sample: JointSample) -> State:
-        """The state of the manipulator from a sample.
+    def _work_of(self, law: Torque) -> Merged | Stepped:
+        """How a cycle's work is done: with a law that the compiled call knows, or with one that it calls."""
+        if isinstance(law, TermsTorque):
+            return Merged(self.model, self.estimator, self.limits, law.coefficients, self.compensation.coulomb)
+        return Stepped(self.model, Observer(self.model, self.estimator), self.limits, self.torque)
+
+    def along(self, table: ReferenceTable, ahead: ReferenceTable | None, row: Row) -> Compute:
+        """What a cycle computes, along a reference: laid out once, so that little is left to be done in a cycle.
 
         Args:
-            sample: The joints now.
-
-        Returns:
-            Joint angles and rates as estimated, the end-effector by forward kinematics, its velocity by least squares.
+            table: What to follow.
+            ahead: What the law is asked for instead of the table's rows, as `Compensation.ahead` gives it.
+            row: Filled in each cycle with what was measured and is to be commanded.
         """
-        return self._observer.observe(sample)
+        return self._work.along(table, ahead, row)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,65 +154,66 @@ def run_loop(
         LimitExceeded: If a limit is violated; no torque is commanded in that cycle.
         ValueError: If torques would leave outside the cycle's period.
     """
-    cycle = _Cycle(joints, controller, table, log, stopwatch_ns, pace.schedule(table.period_ns, joints.now_ns()), ahead)
+    cycle = _Cycle(joints, controller, table, log, stopwatch_ns, ahead)
     controller.estimator.reset()
-    log.start_ns = cycle.schedule.start_ns
+    schedule = pace.schedule(table.period_ns, joints.now_ns())
+    log.start_ns = schedule.start_ns
     for k in range(len(table)):
-        cycle.run(k)
+        cycle.run(k, schedule)
         if progress is not None and (k + 1) % progress.every == 0:
             progress.tell(k + 1)
     return log
 
 
-@dataclass(frozen=True, slots=True)
 class _Cycle:
-    """What every cycle needs, as in `run_loop`, and the buffer of the torques, which it uses every time."""
+    """What every cycle needs, laid out once: as in `run_loop`."""
 
-    joints: Joints
-    controller: Controller
-    table: ReferenceTable
-    log: LoopLog
-    stopwatch_ns: Callable[[], int]
-    schedule: Schedule
-    ahead: ReferenceTable | None
-    command: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    __slots__ = ("_command", "_compute", "_log", "_now_ns", "_row", "_sample", "_stopwatch_ns", "_writer")
 
-    def run(self, k: int) -> None:
+    def __init__(  # noqa: PLR0917  (what a loop is made of)
+        self,
+        joints: Joints,
+        controller: Controller,
+        table: ReferenceTable,
+        log: LoopLog,
+        stopwatch_ns: Callable[[], int],
+        ahead: ReferenceTable | None,
+    ) -> None:
+        self._log = log
+        self._now_ns, self._sample, self._command = joints.now_ns, joints.sample, joints.command
+        self._stopwatch_ns = stopwatch_ns
+        self._row = Row()
+        self._compute = controller.along(table, ahead, self._row)
+        self._writer = LogWriter(log, self._row)
+
+    def run(self, k: int, schedule: Schedule) -> None:
         """Sample, compute, command and write down what happened; or skip the cycle, if it is too late for it.
 
         Args:
             k: The cycle's row.
+            schedule: The times that count.
 
         Raises:
             LimitExceeded: If a limit is violated.
         """
-        joints, log, schedule = self.joints, self.log, self.schedule
+        now_ns, look_ns, row = self._now_ns, self._stopwatch_ns, self._row
         due = schedule.start_ns + k * schedule.period_ns
-        late = joints.now_ns() - due
+        late = now_ns() - due
         if late > schedule.tolerance_ns:
-            log.skip(k, late)
+            self._log.skip(k, late)
             return
-        sample = joints.sample(due)
-        sampled = joints.now_ns()
-        began = self.stopwatch_ns()
-        log.begin(k, sample, sampled - due, sample.at_ns - due)
-        self._compute(k, sample)
-        work = self.stopwatch_ns() - began
-        joints.command(self.command, due + schedule.command_after_ns)
-        log.finish(k, self.command, joints.now_ns() - due, work)
-
-    def _compute(self, k: int, sample: JointSample) -> None:
-        """From a sample to the torques in `command`, holding the limits."""
-        controller, log, desired, look_ns = self.controller, self.log, self.table.row(k), self.stopwatch_ns
+        sample = self._sample(due)
+        sampled = now_ns() - due
         began = look_ns()
-        state = controller.observe(sample)
-        observing = look_ns() - began
-        log.observe(k, state)
-        controller.limits.check_state(controller.model, state, desired)
+        try:
+            clipped = self._compute(k, sample)
+            law = look_ns() - began
+            self._command(row.tau, due + schedule.command_after_ns)
+        except BaseException:
+            row.tau[:] = np.nan  # nobody was commanded
+            self._writer.write(k, sample, sampled, sample.at_ns - due)
+            raise
+        left = now_ns() - due
         began = look_ns()
-        if self.ahead is not None:
-            state, desired = controller.compensation.later(state, desired, self.ahead.row(k))
-        tau = controller.torque(state, desired)
-        log.law_ns[k] = observing + look_ns() - began
-        log.tau_law[k] = tau
-        log.clipped[k] = controller.limits.clip(tau, self.command)
+        self._writer.write(k, sample, sampled, sample.at_ns - due)
+        self._writer.finish(k, clipped, left, law, law + look_ns() - began)

@@ -1,7 +1,7 @@
 """A whole experiment's reference as arrays: approach, hold, motion, hold, sampled before the loop starts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -9,11 +9,15 @@ from numpy.typing import NDArray
 
 from torquerig.control.law import Desired
 from torquerig.control.motions import Hold, Motion, SmoothMove
+from torquerig.control.row import POSITION, QD, STATE, VELOCITY, Q
 from torquerig.mechanism import Manipulator
 
 NANOSECONDS_PER_SECOND: Final = 1_000_000_000
 LEGS: Final = 3
 """Active joints, the first of all joints' rates."""
+ACCELERATION: Final = STATE
+"""A row of a reference table is a state as in `Row`, and the acceleration."""
+ASKED: Final = ACCELERATION + 2
 
 
 class Piece(NamedTuple):
@@ -40,6 +44,7 @@ class ReferenceTable:
         q: Joint angles at X_d, shape (n, 3) [rad].
         qd: Joint rates S v_d, shape (n, 3) [rad/s].
         in_motion: Whether the row belongs to the motion, shape (n,).
+        rows: All but that in one array, as kernels take it, shape (n, ASKED); the others are views of it.
     """
 
     period_ns: int
@@ -49,11 +54,15 @@ class ReferenceTable:
     q: NDArray[np.float64]
     qd: NDArray[np.float64]
     in_motion: NDArray[np.bool_]
+    rows: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Lay the arrays out as kernels are compiled for them: they would be compiled anew for any other layout."""
-        for name in ("position", "velocity", "acceleration", "q", "qd"):
-            object.__setattr__(self, name, np.require(getattr(self, name), np.float64, ["C", "W"]))
+        parts = {"q": Q, "qd": QD, "position": POSITION, "velocity": VELOCITY, "acceleration": ACCELERATION}
+        rows = np.concatenate([getattr(self, name) for name in parts], axis=1, dtype=np.float64)
+        object.__setattr__(self, "rows", rows)
+        for (name, begin), end in zip(parts.items(), (*list(parts.values())[1:], ASKED), strict=True):
+            object.__setattr__(self, name, rows[:, begin:end])
 
     def __len__(self) -> int:
         return len(self.position)
@@ -61,6 +70,11 @@ class ReferenceTable:
     def row(self, k: int) -> Desired:
         """What cycle `k` asks for, as views."""
         return Desired(self.position[k], self.velocity[k], self.acceleration[k], self.q[k], self.qd[k])
+
+
+def in_row(desired: Desired) -> tuple[NDArray[np.float64], ...]:
+    """What is asked for in the order of a table's row."""
+    return desired.q, desired.qd, desired.position, desired.velocity, desired.acceleration
 
 
 def samples_in(duration: float, period_ns: int) -> int:

@@ -8,11 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from torquerig.control.law import Desired, State, Torque
+from torquerig.control.law import Desired, State
+from torquerig.control.reference import ACCELERATION, ASKED, in_row
+from torquerig.control.row import POSITION, QD, STATE, VELOCITY, Q
 from torquerig.mechanism import Manipulator
-from torquerig.mechanism.compiled import compiled
-from torquerig.mechanism.kernels import OK, Floats, task_dynamics
-from torquerig.mechanism.solvers import distribute
+from torquerig.mechanism.compiled import bind, compiled
+from torquerig.mechanism.kernels import OK, AllRows, Floats, Legs, Plane, leg_force, legs_at, rows_at, status_of
+from torquerig.mechanism.solvers import torques_of
 from torquerig.mechanism.status import require_ok
 
 
@@ -47,45 +49,56 @@ class Terms:
     joint_kv: float = 0.0
     stiction: float = 0.0
 
-    def torque(self, model: Manipulator) -> Torque:
+    def torque(self, model: Manipulator) -> "TermsTorque":
         """The equation as one compiled call, compiled now and not in the first cycle.
 
         Args:
             model: The manipulator as the controller knows it.
 
         Returns:
-            The torques; what it returns is the same array every time.
+            The torques; what it returns is the same array every time. The loop knows it, and works it out together
+            with all else of a cycle (`torquerig.control.cycle_kernel`).
         """
-        return _CompiledTerms(model, self).torque
+        return TermsTorque(model, self)
 
 
-class _CompiledTerms:
-    """The equation of `Terms` for a model, with its buffers."""
+class TermsTorque:
+    """The equation of `Terms` for a model, with its buffers: a law's `Torque`.
 
-    __slots__ = ("_coefficients", "_model", "_packed", "_scratch", "_tau")
+    Attributes:
+        coefficients: The terms, as kernels take them.
+    """
+
+    __slots__ = ("_asked", "_model", "_solve", "_state", "_tau", "coefficients")
 
     def __init__(self, model: Manipulator, terms: Terms) -> None:
-        self._model = model
-        self._packed = model.constants
-        self._coefficients = np.array(astuple(terms), dtype=np.float64)
-        self._scratch = np.zeros((ROWS, 2))
-        self._tau = np.zeros(3)
-        plane, joints = np.full(2, np.nan), np.full(3, np.nan)
-        self._solve(State(joints, joints, plane, plane), Desired(plane, plane, plane, joints, joints))
+        """Reserve room, and have the equation compiled.
 
-    def torque(self, state: State, desired: Desired) -> NDArray[np.float64]:
+        Args:
+            model: The manipulator as the controller knows it.
+            terms: The coefficients.
+        """
+        self._model = model
+        self.coefficients: Final = np.array(astuple(terms), dtype=np.float64)
+        self._state = np.zeros(STATE)
+        self._asked = np.zeros((1, ASKED))
+        self._tau = np.zeros(3)
+        arrays = (model.constants, self.coefficients, np.zeros(3), self._state, self._asked)
+        self._solve = bind(torque_of_terms, *arrays, scalars=("int64",))
+
+    def __call__(self, state: State, desired: Desired) -> NDArray[np.float64]:
         """Motor torques, shape (3,) [N·m at the motor]; the same array every time.
 
         Raises:
             ReachError, SingularPoseError: As `Manipulator.dynamics` at the state's position.
         """
-        status = self._solve(state, desired)
+        np.concatenate(state, out=self._state)
+        np.concatenate(in_row(desired), out=self._asked[0])
+        status, *torques = self._solve(0)
         if status != OK:
             require_ok(status, state.position, self._model.bases, self._model.link_length)
+        self._tau[:] = torques
         return self._tau
-
-    def _solve(self, state: State, desired: Desired) -> int:
-        return torque_of_terms(self._packed, self._coefficients, *state, *desired, self._scratch, self._tau)
 
 
 # layout of the coefficients: the order of Terms
@@ -100,77 +113,88 @@ JOINT_KP: Final = 7
 JOINT_KV: Final = 8
 STICTION: Final = 9
 
-# layout of the scratch's rows
-MT: Final = 0
-CT: Final = 2
-FT: Final = 4
-FORCE: Final = 9  # behind S, which nobody needs here
-ROWS: Final = 10
-
 
 @compiled
 def any_of(terms: Floats, begin: int, end: int) -> bool:
     """Whether a range of the coefficients is not all 0."""
-    for term in terms[begin:end]:  # noqa: SIM110  (numba has no generator expressions)
-        if term != 0.0:
+    for i in range(begin, end):  # noqa: SIM110  (numba has no generator expressions)
+        if terms[i] != 0.0:
             return True
     return False
 
 
 @compiled
-def force_of_terms(
-    p: Floats,
-    terms: Floats,
-    position: Floats,
-    velocity: Floats,
-    x_d: Floats,
-    v_d: Floats,
-    a_d: Floats,
-    scratch: Floats,
-) -> int:
-    """F of `Terms`, into the scratch; a status of the mechanism's."""
-    ex, ey = x_d[0] - position[0], x_d[1] - position[1]
-    evx, evy = v_d[0] - velocity[0], v_d[1] - velocity[1]
-    scratch[FORCE, 0] = terms[KP] * ex + terms[KV] * evx
-    scratch[FORCE, 1] = terms[KP] * ey + terms[KV] * evy
+def force_of_terms(p: Floats, terms: Floats, legs: Legs, rows: AllRows, state: Floats, asked: Floats, k: int) -> Plane:
+    """F of `Terms` [N]."""
+    vx, vy = state[VELOCITY], state[VELOCITY + 1]
+    ex, ey = asked[k, POSITION] - state[POSITION], asked[k, POSITION + 1] - state[POSITION + 1]
+    dx, dy = asked[k, VELOCITY], asked[k, VELOCITY + 1]
+    evx, evy = dx - vx, dy - vy
+    fx = terms[KP] * ex + terms[KV] * evx
+    fy = terms[KP] * ey + terms[KV] * evy
     if not any_of(terms, INERTIA, KP):
-        return OK
-    ax = terms[INERTIA] * a_d[0] + terms[INERTIA_KV] * evx + terms[INERTIA_KP] * ex
-    ay = terms[INERTIA] * a_d[1] + terms[INERTIA_KV] * evy + terms[INERTIA_KP] * ey
-    status = task_dynamics(p, position, velocity, scratch[:FORCE])
-    for j in range(2):
-        inertia = scratch[MT + j, 0] * ax + scratch[MT + j, 1] * ay
-        coriolis = scratch[CT + j, 0] * v_d[0] + scratch[CT + j, 1] * v_d[1]
-        friction = scratch[FT + j, 0] * v_d[0] + scratch[FT + j, 1] * v_d[1]
-        scratch[FORCE, j] += inertia + terms[CORIOLIS] * coriolis + terms[FRICTION] * friction
-    return status
+        return fx, fy
+    acceleration = (
+        terms[INERTIA] * asked[k, ACCELERATION] + terms[INERTIA_KV] * evx + terms[INERTIA_KP] * ex,
+        terms[INERTIA] * asked[k, ACCELERATION + 1] + terms[INERTIA_KV] * evy + terms[INERTIA_KP] * ey,
+    )
+    turning, resisted = terms[CORIOLIS], terms[FRICTION]
+    for i in range(3):
+        along, across = leg_force(
+            p,
+            i,
+            legs[i],
+            rows[i],
+            (vx, vy),
+            acceleration,
+            (turning * dx, turning * dy),
+            (resisted * dx, resisted * dy),
+        )
+        fx += along
+        fy += across
+    return fx, fy
+
+
+@compiled
+def task_torque(p: Floats, terms: Floats, state: Floats, asked: Floats, k: int) -> tuple[int, float, float, float]:
+    """A status of the mechanism's, and S(S'S)^-1 F / n."""
+    legs = legs_at(p, state[POSITION], state[POSITION + 1])
+    status = status_of(p, legs)
+    if status != OK:
+        return status, 0.0, 0.0, 0.0
+    rows = rows_at(p, legs)
+    return torques_of(p, rows, force_of_terms(p, terms, legs, rows, state, asked, k))
+
+
+@compiled
+def joint_torque(terms: Floats, coulomb: float, state: Floats, asked: Floats, k: int, i: int) -> float:
+    """What `Terms` asks for at joint i by itself, with Coulomb friction [N·m at the motor]."""
+    rate = asked[k, QD + i]
+    tau: float = terms[JOINT_KP] * (asked[k, Q + i] - state[Q + i]) + terms[JOINT_KV] * (rate - state[QD + i])
+    dry = terms[STICTION] if i == 0 else 0.0
+    if rate != 0.0:
+        tau += dry + coulomb if rate > 0.0 else -dry - coulomb
+    return tau
 
 
 @compiled
 def torque_of_terms(
-    p: Floats,
-    terms: Floats,
-    q: Floats,
-    qd: Floats,
-    position: Floats,
-    velocity: Floats,
-    x_d: Floats,
-    v_d: Floats,
-    a_d: Floats,
-    q_d: Floats,
-    qd_d: Floats,
-    scratch: Floats,
-    tau: Floats,
-) -> int:
-    """The equation of `Terms`: a state and a reference in, motor torques out; a status of the mechanism's."""
-    tau[:] = 0.0
-    status = OK
+    p: Floats, terms: Floats, coulomb: Floats, state: Floats, asked: Floats, k: int
+) -> tuple[int, float, float, float]:
+    """The equation of `Terms`: a state and a reference in, a status of the mechanism's and motor torques out.
+
+    Args:
+        p: The manipulator's packed constants.
+        terms: The coefficients.
+        coulomb: Torque on each joint in the direction of its desired rate, shape (3,) [N·m at the motor].
+        state: q, qd, position, velocity, shape (10,) or more.
+        asked: Rows of the reference table, in its layout.
+        k: The row.
+    """
+    status, tau_1, tau_2, tau_3 = OK, 0.0, 0.0, 0.0
     if any_of(terms, INERTIA, JOINT_KP):
-        status = force_of_terms(p, terms, position, velocity, x_d, v_d, a_d, scratch)
-        if status == OK:
-            status = distribute(p, position, scratch[FORCE], tau)
-    for i in range(3):
-        tau[i] += terms[JOINT_KP] * (q_d[i] - q[i]) + terms[JOINT_KV] * (qd_d[i] - qd[i])
-    if qd_d[0] != 0.0:
-        tau[0] += terms[STICTION] if qd_d[0] > 0.0 else -terms[STICTION]
-    return status
+        status, tau_1, tau_2, tau_3 = task_torque(p, terms, state, asked, k)
+    tau_1 += joint_torque(terms, coulomb[0], state, asked, k, 0)
+    tau_2 += joint_torque(terms, coulomb[1], state, asked, k, 1)
+    tau_3 += joint_torque(terms, coulomb[2], state, asked, k, 2)
+    return status, tau_1, tau_2, tau_3

@@ -105,7 +105,7 @@ def work_us(log: LoopLog) -> Percentiles:
 
 
 def law_us(log: LoopLog) -> Percentiles:
-    """The law's share of the cycles' work [µs]: estimator, kinematics and law; NaN when no cycle ran."""
+    """The law's share of the cycles' work [µs]: estimator, kinematics, limits and law; NaN when no cycle ran."""
     return _microseconds(log, log.law_ns)
 
 

@@ -16,7 +16,10 @@ from torquerig.mechanism.compiled import compiled
 
 Floats = NDArray[float64]
 Leg = tuple[float, float, float, float, float, float]
+Legs = tuple[Leg, Leg, Leg]
 Rows = tuple[float, float, float, float]
+AllRows = tuple[Rows, Rows, Rows]
+Plane = tuple[float, float]
 
 # layout of the packed constants p
 BASES: Final = 0  # x1 y1 x2 y2 x3 y3 [m]
@@ -84,16 +87,33 @@ def row_rates_of(p: Floats, leg: Leg, rows: Rows, vx: float, vy: float) -> Rows:
 
 
 @compiled
-def reach_status(p: Floats, x: float, y: float) -> int:
+def legs_at(p: Floats, x: float, y: float) -> Legs:
+    """All legs."""
+    return leg_at(p, 0, x, y), leg_at(p, 1, x, y), leg_at(p, 2, x, y)
+
+
+@compiled
+def rows_at(p: Floats, legs: Legs) -> AllRows:
+    """All legs' rows of W."""
+    return rows_of(p, legs[0]), rows_of(p, legs[1]), rows_of(p, legs[2])
+
+
+@compiled
+def status_of(p: Floats, legs: Legs) -> int:
     """OK, or OUT_OF_REACH + leg, or SINGULAR_LEG + leg: what W needs before it may be computed."""
     for i in range(3):
-        r = hypot(x - p[BASES + 2 * i], y - p[BASES + 2 * i + 1])
-        if not r <= 2.0 * p[LENGTH]:
+        if not hypot(legs[i][0], legs[i][1]) <= 2.0 * p[LENGTH]:
             return OUT_OF_REACH + i
     for i in range(3):
-        if abs(leg_at(p, i, x, y)[4]) < NEAR_ZERO:
+        if abs(legs[i][4]) < NEAR_ZERO:
             return SINGULAR_LEG + i
     return OK
+
+
+@compiled
+def reach_status(p: Floats, x: float, y: float) -> int:
+    """The same of a place."""
+    return status_of(p, legs_at(p, x, y))
 
 
 @compiled
@@ -119,30 +139,38 @@ def inverse_kinematics(p: Floats, position: Floats, theta: Floats, phi: Floats) 
 
 
 @compiled
-def forward_kinematics(p: Floats, theta: Floats, position: Floats, residuals: Floats) -> int:
-    """The point at equal distance from the three elbows (5.3, 5.4 with the denominator put right), and |C - B_i| - L.
+def meeting(p: Floats, theta_1: float, theta_2: float, theta_3: float) -> tuple[int, Plane, Plane, Plane, Plane]:
+    """A status, the first elbow, and relative to it the two others and the point at equal distance from all three.
 
-    Computed relative to the first elbow: the printed form subtracts squares of distances from the origin.
+    (5.3), (5.4) with the denominator put right. The printed form subtracts squares of distances from the origin.
     """
     length = p[LENGTH]
-    x1 = p[BASES] + length * cos(theta[0])
-    y1 = p[BASES + 1] + length * sin(theta[0])
-    x2 = p[BASES + 2] + length * cos(theta[1]) - x1
-    y2 = p[BASES + 3] + length * sin(theta[1]) - y1
-    x3 = p[BASES + 4] + length * cos(theta[2]) - x1
-    y3 = p[BASES + 5] + length * sin(theta[2]) - y1
+    x1 = p[BASES] + length * cos(theta_1)
+    y1 = p[BASES + 1] + length * sin(theta_1)
+    x2 = p[BASES + 2] + length * cos(theta_2) - x1
+    y2 = p[BASES + 3] + length * sin(theta_2) - y1
+    x3 = p[BASES + 4] + length * cos(theta_3) - x1
+    y3 = p[BASES + 5] + length * sin(theta_3) - y1
     n2 = x2 * x2 + y2 * y2
     n3 = x3 * x3 + y3 * y3
     denominator = 2.0 * (x2 * y3 - x3 * y2)
-    if not abs(denominator) > NEAR_ZERO * length * length:
-        return SINGULAR
+    status = OK if abs(denominator) > NEAR_ZERO * length * length else SINGULAR
     x = (n2 * y3 - n3 * y2) / denominator
     y = (n3 * x2 - n2 * x3) / denominator
+    return status, (x1, y1), (x2, y2), (x3, y3), (x, y)
+
+
+@compiled
+def forward_kinematics(p: Floats, theta: Floats, position: Floats, residuals: Floats) -> int:
+    """The point at equal distance from the three elbows, and |C - B_i| - L."""
+    status, (x1, y1), (x2, y2), (x3, y3), (x, y) = meeting(p, theta[0], theta[1], theta[2])
+    if status != OK:
+        return status
     position[0] = x1 + x
     position[1] = y1 + y
-    residuals[0] = hypot(x, y) - length
-    residuals[1] = hypot(x - x2, y - y2) - length
-    residuals[2] = hypot(x - x3, y - y3) - length
+    residuals[0] = hypot(x, y) - p[LENGTH]
+    residuals[1] = hypot(x - x2, y - y2) - p[LENGTH]
+    residuals[2] = hypot(x - x3, y - y3) - p[LENGTH]
     return OK
 
 
@@ -227,4 +255,24 @@ def leg_bias(p: Floats, i: int, leg: Leg, rows: Rows, rates: Rows, vx: float, vy
     active += p[K1] * theta_rate - swing * phi_rate * (2.0 * theta_rate + phi_rate)
     passive = (p[GAMMA + i] + bend) * theta_lag + p[GAMMA + i] * phi_lag
     passive += p[K2] * phi_rate + swing * theta_rate * theta_rate
+    return tx * active + px * passive, ty * active + py * passive
+
+
+@compiled
+def leg_force(p: Floats, i: int, leg: Leg, rows: Rows, velocity: Plane, a: Plane, c: Plane, f: Plane) -> Plane:
+    """The leg's part of Mt a + Ct c + Ft f [N], Ct being that at a velocity."""
+    tx, ty, px, py = rows
+    rates = row_rates_of(p, leg, rows, velocity[0], velocity[1])
+    theta_rate = tx * velocity[0] + ty * velocity[1]
+    phi_rate = px * velocity[0] + py * velocity[1]
+    bend = p[BETA + i] * leg[5]
+    swing = p[BETA + i] * leg[4]
+    theta = tx * c[0] + ty * c[1]
+    theta_lag = tx * a[0] + ty * a[1] + rates[0] * c[0] + rates[1] * c[1]
+    phi_lag = px * a[0] + py * a[1] + rates[2] * c[0] + rates[3] * c[1]
+    active = (p[ALPHA + i] + 2.0 * bend) * theta_lag + (p[GAMMA + i] + bend) * phi_lag
+    active -= swing * (phi_rate * theta + (theta_rate + phi_rate) * (px * c[0] + py * c[1]))
+    active += p[K1] * (tx * f[0] + ty * f[1])
+    passive = (p[GAMMA + i] + bend) * theta_lag + p[GAMMA + i] * phi_lag + swing * theta_rate * theta
+    passive += p[K2] * (px * f[0] + py * f[1])
     return tx * active + px * passive, ty * active + py * passive

@@ -13,7 +13,7 @@ from torquerig.control.estimator import (
     Parameter,
     Sampling,
 )
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +41,7 @@ class AlphaBeta(Estimator):
         self._alpha: Final = self.values["alpha"]
         self._beta: Final = self.values["beta"]
         self._angle: Final = np.zeros(axes)
+        self._correct: Final = bind(_correct, self.q, self._angle, self.rate, scalars=("float64",) * 3)
 
     @property
     def delay(self) -> float:
@@ -58,7 +59,7 @@ class AlphaBeta(Estimator):
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Predict over the interval, and correct."""
-        _correct(self.q, self._angle, self.rate, interval_ns / NANOSECONDS_PER_SECOND, self._alpha, self._beta)
+        self._correct(interval_ns / NANOSECONDS_PER_SECOND, self._alpha, self._beta)
 
 
 @compiled

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.control.estimator import NANOSECONDS_PER_SECOND, THESIS_SAMPLING, Estimator, Sampling
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +25,7 @@ class BackwardDifference(Estimator):
         """Reserve room for one sample; there is nothing to be given."""
         super().__init__(axes, sampling, **given)
         self._before = np.zeros(axes)
+        self._difference = bind(_difference, self.q, self._before, self.rate, scalars=("float64",))
 
     @property
     def delay(self) -> float:
@@ -42,11 +43,11 @@ class BackwardDifference(Estimator):
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """The difference of two samples, by the time between them."""
-        _difference(self.q, self._before, NANOSECONDS_PER_SECOND / interval_ns, self.rate)
+        self._difference(NANOSECONDS_PER_SECOND / interval_ns)
 
 
 @compiled
-def _difference(q: Floats, before: Floats, per_second: float, rate: Floats) -> None:
+def _difference(q: Floats, before: Floats, rate: Floats, per_second: float) -> None:
     """The rate from the sample before, and the sample kept."""
     for i in range(len(q)):
         rate[i] = (q[i] - before[i]) * per_second

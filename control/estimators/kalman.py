@@ -12,7 +12,7 @@ from torquerig.control.estimator import (
     Parameter,
     Sampling,
 )
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -57,6 +57,7 @@ class Kalman(Estimator):
         index = self.values["jerk_noise"] * sampling.period**5 / sampling.quantisation**2
         self.gain: Final = steady_gain(index)
         self._state: Final = np.zeros((2, axes))
+        self._correct: Final = bind(_correct, self.q, self._state, self.rate, scalars=("float64",) * 4)
 
     @property
     def delay(self) -> float:
@@ -79,7 +80,7 @@ class Kalman(Estimator):
 
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Predict over the interval, and correct."""
-        _correct(self.q, self._state, self.rate, interval_ns / NANOSECONDS_PER_SECOND, *self.gain)
+        self._correct(interval_ns / NANOSECONDS_PER_SECOND, *self.gain)
 
 
 TRANSITION: Final = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])

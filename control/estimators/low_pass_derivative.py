@@ -13,7 +13,7 @@ from torquerig.control.estimator import (
     Parameter,
     Sampling,
 )
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -38,6 +38,7 @@ class LowPassDerivative(Estimator):
         self._tau: Final = 1 / (2 * math.pi * self.values["cutoff"])
         self._pole: Final = math.exp(-sampling.period / self._tau)
         self._before: Final = np.zeros(axes)
+        self._filter: Final = bind(_filter, self.q, self._before, self.rate, scalars=("float64", "float64"))
 
     @property
     def delay(self) -> float:
@@ -56,11 +57,11 @@ class LowPassDerivative(Estimator):
     def _advance(self, at_ns: int, interval_ns: int) -> None:  # noqa: ARG002
         """Forget as much as the interval asks for, and add the difference."""
         interval = interval_ns / NANOSECONDS_PER_SECOND
-        _filter(self.q, self._before, interval, math.exp(-interval / self._tau), self.rate)
+        self._filter(interval, math.exp(-interval / self._tau))
 
 
 @compiled
-def _filter(q: Floats, before: Floats, interval: float, pole: float, rate: Floats) -> None:
+def _filter(q: Floats, before: Floats, rate: Floats, interval: float, pole: float) -> None:
     """The rate from the rate and the sample before, and the sample kept."""
     for i in range(len(q)):
         rate[i] = pole * rate[i] + (1.0 - pole) * (q[i] - before[i]) / interval

@@ -13,7 +13,7 @@ from torquerig.control.estimator import (
     Parameter,
     Sampling,
 )
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +45,7 @@ class MovingWindow(Estimator):
         self._angles: Final = np.zeros((self._slots, axes))
         self._times: Final = [0] * self._slots
         self._taken = 0
+        self._slope: Final = bind(_slope, self.q, self._angles, self.rate, scalars=("int64", "int64", "float64"))
 
     @property
     def delay(self) -> float:
@@ -68,12 +69,12 @@ class MovingWindow(Estimator):
         oldest = (self._taken - min(self._taken, self.length)) % self._slots
         self._times[newest] = at_ns
         per_second = NANOSECONDS_PER_SECOND / (at_ns - self._times[oldest])
-        _slope(self.q, self._angles, newest, oldest, per_second, self.rate)
+        self._slope(newest, oldest, per_second)
         self._taken += 1
 
 
 @compiled
-def _slope(q: Floats, angles: Floats, newest: int, oldest: int, per_second: float, rate: Floats) -> None:  # noqa: PLR0917
+def _slope(q: Floats, angles: Floats, rate: Floats, newest: int, oldest: int, per_second: float) -> None:  # noqa: PLR0917
     """The rate since the oldest sample, and the sample kept."""
     for i in range(len(q)):
         rate[i] = (q[i] - angles[oldest, i]) * per_second

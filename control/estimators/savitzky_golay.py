@@ -14,7 +14,7 @@ from torquerig.control.estimator import (
     Parameter,
     Sampling,
 )
-from torquerig.mechanism.compiled import compiled
+from torquerig.mechanism.compiled import bind, compiled
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +46,8 @@ class SavitzkyGolay(Estimator):
         self._times: Final = np.zeros(self.length, dtype=np.int64)
         self._scratch: Final = np.zeros((3, self.length))
         self._taken = 0
+        window = (self._angles, self._times, self._scratch)
+        self._fit: Final = bind(_fit, self.q, *window, self.rate, scalars=("int64",) * 4)
 
     @classmethod
     def objections(cls, given: Mapping[str, float]) -> Iterator[Objection]:
@@ -85,7 +87,7 @@ class SavitzkyGolay(Estimator):
         newest = self._taken % self.length
         self._taken += 1
         count = min(self._taken, self.length)
-        _fit(self.q, at_ns, self._angles, self._times, newest, count, self.order, self._scratch, self.rate)
+        self._fit(at_ns, newest, count, self.order)
 
 
 @compiled
@@ -115,14 +117,14 @@ def _share(here: Floats, count: int, angles: Floats, oldest: int, i: int, origin
 @compiled
 def _fit(  # noqa: PLR0917
     q: Floats,
-    at_ns: int,
     angles: Floats,
     times: NDArray[np.int64],
+    scratch: Floats,
+    rate: Floats,
+    at_ns: int,
     newest: int,
     count: int,
     order: int,
-    scratch: Floats,
-    rate: Floats,
 ) -> None:
     """Sum the slopes of the orthogonal polynomials P_j at the newest sample, each with its share in the window.
 

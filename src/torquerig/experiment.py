@@ -15,6 +15,7 @@ from torquerig.configuration import Configuration
 from torquerig.control.log import LoopLog
 from torquerig.control.loop import Controller, Progress, run_loop
 from torquerig.control.reference import ReferenceTable
+from torquerig.control.row import Row
 from torquerig.delays import compensation
 from torquerig.driver.bus.interface import Bus
 from torquerig.driver.bus.patient import PatientBus
@@ -218,6 +219,4 @@ def rehearse(controller: Controller, table: ReferenceTable) -> None:
         controller: What works.
         table: A reference.
     """
-    state = controller.observe(AxisSample(0, table.q[0], np.zeros(3), complete=True))
-    controller.limits.check_state(controller.model, state, table.row(0))
-    controller.torque(state, table.row(0))
+    controller.along(table, None, Row())(0, AxisSample(0, table.q[0], np.zeros(3), complete=True))

@@ -111,7 +111,7 @@ class Summary:
 
     @property
     def law_us(self) -> float:
-        """Median time of estimator, kinematics and law in a cycle [µs]; NaN where it is not known."""
+        """Median time of estimator, kinematics, limits and law in a cycle [µs]; NaN where it is not known."""
         return math.nan if self.timing is None else self.timing.law_us.p50
 
     @classmethod

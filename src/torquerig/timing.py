@@ -53,7 +53,7 @@ class Timing:
     Attributes:
         lateness_us: SYNC after its due time.
         sync_to_last_tpdo_us: Until the loop had the answers of all drives; cycles that lacked one are left out.
-        law_us: Estimator, kinematics and law, by the clock on the wall.
+        law_us: Estimator, kinematics, limits and law, by the clock on the wall.
         sync_to_last_rpdo_us: Until the last torque was handed to the bus.
         tpdo_us_by_drive: From SYNC to the arrival of each drive's TPDO, in the axes' order; none where the record does
             not hold it.
@@ -93,7 +93,7 @@ class CycleTimes:
         lateness: As in `Timing`, and so the others.
         tpdo_by_drive: One a drive; none where nobody looked.
         last_tpdo: SYNC to the last TPDO.
-        law: Estimator, kinematics and law.
+        law: Estimator, kinematics, limits and law.
         last_rpdo: SYNC to the last RPDO.
     """
 

@@ -122,10 +122,10 @@ def test_an_incomplete_sample_is_used_and_counted(run, machine, table):
 def test_the_cycles_own_work_is_counted_without_the_waiting(run, machine):
     machine.answer_ns = 2_000_000
     log = run()
-    assert set(log.work_ns) == {5000}  # from the first of six looks at the stopwatch to the last
-    assert set(log.law_ns) == {2000}  # around the observation and around the law
-    assert tracking.work_us(log) == tracking.Percentiles(5.0, 5.0, 5.0)
-    assert tracking.law_us(log) == tracking.Percentiles(2.0, 2.0, 2.0)
+    assert set(log.work_ns) == {2000}  # from the first of four looks at the stopwatch to the next, and again
+    assert set(log.law_ns) == {1000}  # from the sample to the torques
+    assert tracking.work_us(log) == tracking.Percentiles(2.0, 2.0, 2.0)
+    assert tracking.law_us(log) == tracking.Percentiles(1.0, 1.0, 1.0)
 
 
 def test_the_log_holds_what_was_measured_asked_and_done(run, machine, table, model):

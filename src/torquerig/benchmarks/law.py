@@ -15,6 +15,8 @@ from torquerig.configuration import load_configuration
 from torquerig.control.law import Desired
 from torquerig.control.laws import load_laws
 from torquerig.control.loop import Controller
+from torquerig.control.reference import ReferenceTable
+from torquerig.control.row import Row
 from torquerig.dynamics_cost import Cost, compare, random_states
 from torquerig.mechanism import Manipulator, warm_up
 from torquerig.planning import plan_motion
@@ -41,10 +43,12 @@ class Instant(NamedTuple):
     """What a cycle starts from.
 
     Attributes:
+        k: Its place among the instants.
         sample: The joints.
         desired: What the reference asks for.
     """
 
+    k: int
     sample: Sample
     desired: Desired
 
@@ -127,7 +131,7 @@ class PlainLoop:
         Raises:
             ValueError: A limit is violated.
         """
-        sample, desired = instant
+        _, sample, desired = instant
         before, at_ns = self._before or (sample.q, sample.at_ns - 1)
         qd = (sample.q - before) / ((sample.at_ns - at_ns) * 1e-9)
         self._before = (sample.q, sample.at_ns)
@@ -167,12 +171,17 @@ class PlainLoop:
 
 
 class LoopsOwn:
-    """A cycle's mathematics by the loop's own objects, in the loop's order."""
+    """A cycle's mathematics as the loop has it from its controller."""
 
-    def __init__(self, controller: Controller) -> None:
-        """Take a controller."""
+    def __init__(self, controller: Controller, instants: Sequence[Instant]) -> None:
+        """Take a controller, and lay the instants out as the loop's reference."""
         self._controller = controller
-        self._command = np.zeros(3)
+        self._row = Row()
+        parts = map(np.array, zip(*(instant.desired for instant in instants), strict=True))
+        position, velocity, acceleration, q, qd = parts
+        period_ns, moving = instants[0].sample.at_ns, np.ones(len(instants), dtype=np.bool_)
+        table = ReferenceTable(period_ns, position, velocity, acceleration, q, qd, moving)
+        self._compute = controller.along(table, None, self._row)
 
     def reset(self) -> None:
         """Forget the sample before."""
@@ -184,12 +193,8 @@ class LoopsOwn:
         Raises:
             LimitExceeded: A limit is violated.
         """
-        sample, desired = instant
-        controller = self._controller
-        state = controller.observe(sample)
-        controller.limits.check_state(controller.model, state, desired)
-        controller.limits.clip(controller.torque(state, desired), self._command)
-        return self._command
+        self._compute(instant.k, instant.sample)
+        return self._row.tau
 
 
 def controller_of(law: str) -> Controller:
@@ -208,7 +213,7 @@ def instants_of(controller: Controller, count: int) -> list[Instant]:
     table = plan_motion(configuration.rig, controller)
     rows, still = np.flatnonzero(table.in_motion).tolist(), np.zeros(3)
     return [
-        Instant(Sample((k + 1) * table.period_ns, table.q[row] + ERROR, still), table.row(row))
+        Instant(k, Sample((k + 1) * table.period_ns, table.q[row] + ERROR, still), table.row(row))
         for k, row in enumerate(rows[k % len(rows)] for k in range(count))
     ]
 
@@ -226,7 +231,7 @@ def measure(*, turns: int, turn_s: float) -> LawCosts:
     for law in laws:
         controller = controller_of(law)
         instants = instants_of(controller, INSTANTS)
-        variants[f"{law} loop"] = _along(LoopsOwn(controller), instants)
+        variants[f"{law} loop"] = _along(LoopsOwn(controller, instants), instants)
         variants[f"{law} numpy"] = _along(PlainLoop(controller), instants)
     timings = take_turns(variants, turns=turns, turn_s=turn_s)
     costs = {

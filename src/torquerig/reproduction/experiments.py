@@ -102,7 +102,7 @@ class Run:
 
     @property
     def law_us(self) -> float | None:
-        """Median time of estimator, kinematics and law in a cycle [µs]; None if the run was stopped."""
+        """Median time of estimator, kinematics, limits and law in a cycle [µs]; None if the run was stopped."""
         return None if self.summary is None else self.summary.law_us
 
     @property
