@@ -117,6 +117,7 @@ class CyclicPort(Protocol):
         """Encode wanted torques and controlwords and send the commands from the `first` on.
 
         Nothing is sent, and OTHER returned, if frames wait and `look` is set; NOT_A_NUMBER for a torque that is none.
+        CHANGED and ODD tell of answers that came before.
         """
         ...
 

@@ -68,24 +68,28 @@ def read_clock(wire: Any, clock: int) -> int:  # noqa: ANN401
 
 
 @compiled
-def wait(wire: Any, until_ns: int) -> int:  # noqa: ANN401
-    """Wait until one of the polled descriptors has something, or a time; how many have."""
-    left_ns = max(until_ns - read_clock(wire, CLOCK_MONOTONIC), 0)
-    wire.now[0] = left_ns // NS_PER_S
-    wire.now[1] = left_ns % NS_PER_S
+def rest(wire: Any, left_ns: int) -> int:  # noqa: ANN401
+    """Wait until one of the polled descriptors has something, or some time; how many have, or less than 0: an error."""
+    wire.now[0] = max(left_ns, 0) // NS_PER_S
+    wire.now[1] = max(left_ns, 0) % NS_PER_S
     ready = ppoll(wire.polled_at, wire.polled_count, wire.now_at, 0)
-    if ready < 0:
-        return 0 if errno() == EINTR else -errno()
-    return int(ready)
+    return -errno() if ready < 0 else int(ready)
+
+
+@compiled
+def rest_aside(wire: Any, left_ns: int) -> int:  # noqa: ANN401
+    """As `rest`, from a kernel that is `brief`: others may run Python meanwhile."""
+    thread = _let_python_go()
+    ready = rest(wire, left_ns)
+    _have_python_back(thread)
+    return ready
 
 
 @compiled
 def wait_aside(wire: Any, until_ns: int) -> int:  # noqa: ANN401
-    """As `wait`, from a kernel that is `brief`: others may run Python meanwhile."""
-    thread = _let_python_go()
-    ready = wait(wire, until_ns)
-    _have_python_back(thread)
-    return ready
+    """As `rest_aside`, until a time, and a signal is no error."""
+    ready = rest_aside(wire, until_ns - read_clock(wire, CLOCK_MONOTONIC))
+    return 0 if ready == -EINTR else ready
 
 
 @compiled

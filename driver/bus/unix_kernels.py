@@ -7,6 +7,7 @@ import numpy as np
 from torquerig.driver.bus.compiled import brief, compiled
 from torquerig.driver.bus.cyclic_kernels import (
     BATCH,
+    CHANGED,
     CLOCK_MONOTONIC,
     EAGAIN,
     EARLY,
@@ -17,6 +18,7 @@ from torquerig.driver.bus.cyclic_kernels import (
     MSG_DONTWAIT,
     MSG_NOSIGNAL,
     NOT_A_NUMBER,
+    ODD,
     OTHER,
     batch_of,
     begin,
@@ -170,16 +172,21 @@ def unix_sync(cycles: Any, wires: Any, due_ns: int, look: bool) -> int:  # noqa:
 
 @brief
 def unix_command(cycles: Any, wires: Any, first: int, look: bool) -> int:  # noqa: ANN401, FBT001
-    """Send the commands from the first on, unless frames or newcomers wait that are no process data."""
+    """Send the commands from the first on, unless frames or newcomers wait that are no process data.
+
+    Returns:
+        What has been heard meanwhile, too.
+    """
     cycle, wire = cycles[0], wires[0]
+    heard = 0
     if look and poll(wire.polled_at, wire.polled_count, 0) > 0:
-        others = unix_hear(cycles, wires) & OTHER or wire.polled[0].revents
-        if others:
-            return OTHER
+        heard = unix_hear(cycles, wires) & (OTHER | CHANGED | ODD)
+        if heard & OTHER or wire.polled[0].revents:
+            return heard | OTHER
     if not encode(cycle):
         return NOT_A_NUMBER
     for k in range(first, cycle.commands):
         for byte in range(8):
             wire.packet_out[k].data[byte] = cycle.command[k].data[byte]
     unix_send(wire, first, cycle.commands - first, wire.tapped)
-    return 0
+    return int(heard)

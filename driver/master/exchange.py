@@ -206,18 +206,6 @@ class CyclicExchange:
         self._close()
         return complete
 
-    def _ask_port(self, port: PortCycle, due_ns: int) -> bool:
-        if self._open:
-            self._pump.serve(due_ns)
-            self._close()
-        complete = port.exchange(due_ns, self._half_ns)
-        self.sync_ns = port.sync_ns
-        self.counts.syncs += 1
-        if not complete or self._silent:
-            self._answered = [bool(answered) for answered in port.answered.tolist()]
-            self._close()
-        return complete
-
     def _sync(self, now_ns: int) -> None:
         if self._open:
             self._close()

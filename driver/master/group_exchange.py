@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from struct import Struct
 from struct import error as StructError  # noqa: N812  (the module's own name for it says nothing here)
 
+from torquerig.driver.bus.cyclic import OTHER
 from torquerig.driver.master.axis import Axis
 from torquerig.driver.master.exchange import CyclicExchange
 from torquerig.driver.master.port_cycle import CycleMap, PortCycle
@@ -48,8 +49,9 @@ class GroupExchange(CyclicExchange):
         cycle = (self._cycle + 1) % STATUS_CYCLES
         controlwords: list[int | None] = [axis.controlword for axis in self._axes]
         tell_all = cycle == 0 or controlwords != self._told
-        if flags := port.send(0 if tell_all else len(self._axes), look):
-            return port.checked(flags)
+        flags = port.send(0 if tell_all else len(self._axes), look)
+        if flags and port.checked(flags):
+            return OTHER
         self._cycle, self._told = cycle, controlwords
         return 0
 

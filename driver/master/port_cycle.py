@@ -210,7 +210,7 @@ class PortCycle:
             self._wanted[:] = tau_m
 
     def checked(self, flags: int) -> int:
-        """The flags that `send` returned, if they are no error.
+        """Take note of what `send` returned; OTHER if that was why nothing was sent, else 0.
 
         Raises:
             ValueError: A wanted torque is not a number; nothing was sent.
@@ -220,7 +220,9 @@ class PortCycle:
             raise self._port.error(flags)
         if flags & NOT_A_NUMBER:
             raise ValueError(f"{self._wanted.tolist()} [N·m] are no torques")
-        return flags
+        if flags & (CHANGED | ODD):
+            self._note()
+        return flags & OTHER
 
     def hand_out(self) -> None:
         """Hand out what waits and is no process data."""

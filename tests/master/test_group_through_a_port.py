@@ -17,7 +17,7 @@ from torquerig.driver.wire.sync import SYNC_FRAME
 
 AT_ONCE = 0
 PERIOD_NS = 100_000_000  # half of it is what a drive has to answer in
-ENABLED = 0x1237
+ENABLED, DISABLED = 0x1237, 0x0250
 TORQUES = np.array([0.1, -0.2, 0.3])
 
 
@@ -159,6 +159,17 @@ def test_an_emergency_is_noticed_before_the_torques_of_that_cycle_go_out(mortal)
     with pytest.raises(DriveFault, match="0x7310"):
         cycle(group)
     assert set(drives.torques()) <= {0}
+
+
+def test_a_late_statusword_is_heard_with_the_torques_and_does_not_wait_for_the_next_sample(mortal):
+    group, drives = mortal
+    drives.answers.pop(0)
+    group.sample(AT_ONCE)
+    drives._peer._send(0x181, struct.pack("<Hih", DISABLED, 100, 0))
+    group.command(TORQUES, AT_ONCE)
+    assert group.axes[0].state is DriveState.SWITCH_ON_DISABLED
+    with pytest.raises(DriveFault, match="drive 1"):
+        group.sample(AT_ONCE)
 
 
 def test_another_master_is_noticed(mortal):
