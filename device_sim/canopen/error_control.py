@@ -22,6 +22,7 @@ class ErrorControl:
     A loss is told by EMCY 0x8130 and to the application, and changes the NMT state as 1029:1 says.
 
     Attributes:
+        producer: The node's own heartbeat.
         consumer: The watched heartbeats.
         unanswered: Guarding requests while the node produces heartbeats.
     """
@@ -39,25 +40,25 @@ class ErrorControl:
         self._emergency = emergency
         self._application = application
         self._siblings = siblings
-        self._producer = HeartbeatProducer(core, self._state)
+        self.producer = HeartbeatProducer(core, self._state)
         self.consumer = HeartbeatConsumer(core, self)
         self._guarding = NodeGuarding(core, self._state, self)
         self.unanswered = 0
 
     def start(self, at_ns: int) -> None:
         """The boot-up message goes out now: the heartbeat's first period begins."""
-        self._producer.start(at_ns)
+        self.producer.start(at_ns)
         self.consumer.reload(at_ns)
 
     def stop(self, at_ns: int) -> None:
         """The node initialises: nothing is sent or watched."""
-        self._producer.stop()
+        self.producer.stop()
         self.consumer.reset(at_ns)
         self._guarding.reset()
 
     def request(self, at_ns: int) -> None:
         """Hear the remote frame on the node's error control identifier."""
-        if self._producer.enabled:
+        if self.producer.enabled:
             self.unanswered += 1
         else:
             self._guarding.request(at_ns)

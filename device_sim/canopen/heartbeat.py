@@ -13,12 +13,17 @@ from torquerig.driver.wire.sdo_abort import AbortCode, SdoAbort
 MS: Final = 1_000_000  # [ns]
 CONSUMER_TIME: Final = 0x1016
 PRODUCER_TIME: Final = 0x1017
+_OPERATIONAL: Final = bytes([NmtState.OPERATIONAL])
 
 
 class HeartbeatProducer:
-    """Sends the node's state every 1017 ms, the boot-up message being the first (CiA 301, 7.3.2.2.1)."""
+    """Sends the node's state every 1017 ms, the boot-up message being the first (CiA 301, 7.3.2.2.1).
 
-    __slots__ = ("_node_id", "_send", "_slot", "_state", "_store", "_timer")
+    Attributes:
+        timer: The alarm of the next one.
+    """
+
+    __slots__ = ("_node_id", "_send", "_slot", "_state", "_store", "timer")
 
     def __init__(self, core: NodeCore, state: Callable[[], NmtState]) -> None:
         self._node_id = core.node_id
@@ -26,7 +31,7 @@ class HeartbeatProducer:
         self._send = core.send
         self._state = state
         self._slot = core.store.slot(PRODUCER_TIME)
-        self._timer = core.timers.add(self._beat)
+        self.timer = core.timers.add(self._beat)
         core.store.watch(lambda at_ns, _: self.start(at_ns), PRODUCER_TIME)
 
     @property
@@ -38,13 +43,13 @@ class HeartbeatProducer:
         """Begin a period now, by the object's present value; 0 ends the heartbeat."""
         period_ms = self._store.values[self._slot]
         if period_ms:
-            self._timer.arm(at_ns + period_ms * MS)
+            self.timer.arm(at_ns + period_ms * MS)
         else:
-            self._timer.cancel()
+            self.timer.cancel()
 
     def stop(self) -> None:
         """Send no heartbeat until `start`."""
-        self._timer.cancel()
+        self.timer.cancel()
 
     def _beat(self, at_ns: int) -> None:
         self._send(nmt.encode_heartbeat(self._node_id, self._state()), at_ns)
@@ -119,6 +124,11 @@ class HeartbeatConsumer:
         for watch in self._watches.values():
             self._forget(watch, at_ns)
         self.reload(at_ns)
+
+    def is_no_news(self, frame: Frame) -> bool:
+        """Whether a frame on one of `cob_ids` says of a node that was there that it still is, and operational."""
+        watch = self._by_cob_id[frame.can_id]
+        return frame.data == _OPERATIONAL and watch.state is NmtState.OPERATIONAL and not watch.lost
 
     def receive(self, frame: Frame, at_ns: int) -> None:
         """Hear a heartbeat on one of `cob_ids`."""

@@ -44,6 +44,7 @@ class CanopenNode:
         sync: Its view of SYNC.
         pdos: Its process data.
         storage: What it remembers without power.
+        error_control: Its heartbeat, and those that it watches.
         listeners: What hears which identifier now: always this object, changed in place.
         shares_identifiers: Whether two of its services hear the same identifier now.
         refused: Frames for a service that the NMT state does not allow.
@@ -97,8 +98,8 @@ class CanopenNode:
         self._sdo_timer = self.timers.add(lambda at_ns: self._answer_sdo(self._sdo.overdue(), at_ns))
         self._application = application(self)
         self._siblings = EmergencyConsumer(store, self._application.hear_emergency)
-        self._error_control = ErrorControl(core, self.nmt, self.emergency, self._application, self._siblings)
-        self._refusals = refusals_of(self, self._sdo, self._error_control, self._siblings)
+        self.error_control = ErrorControl(core, self.nmt, self.emergency, self._application, self._siblings)
+        self._refusals = refusals_of(self, self._sdo, self.error_control, self._siblings)
         pdo_objects = {entry.index for entry in store}.intersection(_PDO_OBJECTS)
         store.watch(self._reconfigured, syncs.COB_ID, heartbeats.CONSUMER_TIME, emergencies.CONSUMERS, *pdo_objects)
 
@@ -188,7 +189,7 @@ class CanopenNode:
             self.timers.clear()
         self.pdos.stop()
         self.pdos.unwatch()
-        self._error_control.stop(self.timers.now_ns)
+        self.error_control.stop(self.timers.now_ns)
         self.emergency.restart()
         self._sdo.reset()
         self._rebuild()
@@ -211,7 +212,7 @@ class CanopenNode:
         self.pdos.stop()
         self.nmt.state = NmtState.PRE_OPERATIONAL
         self._send(nmt.encode_heartbeat(self.node_id, NmtState.BOOT_UP), at_ns)
-        self._error_control.start(at_ns)
+        self.error_control.start(at_ns)
         self._rebuild()
         self.emergency.release(at_ns)
 
@@ -219,7 +220,7 @@ class CanopenNode:
         self._outbox.append(Emission(ready_ns, self.node_id, frame))
 
     def _reconfigured(self, at_ns: int, _effect_ns: int) -> None:
-        self._error_control.consumer.reload(at_ns)
+        self.error_control.consumer.reload(at_ns)
         self._siblings.reload()
         self._rebuild()
 
@@ -234,8 +235,8 @@ class CanopenNode:
         talks, operates = state is not NmtState.STOPPED, state is NmtState.OPERATIONAL
         self._enlist(cob.NMT, self.nmt.receive)
         self._enlist(cob.SDO_REQUEST + self.node_id, self._serve_sdo if talks else self._refuse)
-        for can_id in self._error_control.consumer.cob_ids:
-            self._enlist(can_id, self._error_control.consumer.receive)
+        for can_id in self.error_control.consumer.cob_ids:
+            self._enlist(can_id, self.error_control.consumer.receive)
         for can_id, hearers in self.pdos.listeners().items():
             for hear in hearers if operates else (self._refuse,):
                 self._enlist(can_id, hear)
@@ -244,7 +245,7 @@ class CanopenNode:
             for can_id in self._siblings.cob_ids:
                 self._enlist(can_id, self._siblings.receive)
         remotes = self.pdos.remotes() if operates else {}
-        self._remotes = {**remotes, cob.HEARTBEAT + self.node_id: self._error_control.request}
+        self._remotes = {**remotes, cob.HEARTBEAT + self.node_id: self.error_control.request}
 
     def _enlist(self, can_id: int, listener: Listener) -> None:
         """Add a listener; two on one identifier both hear it."""

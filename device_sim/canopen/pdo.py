@@ -7,6 +7,7 @@ from torquerig.device_sim.canopen.core import NodeCore
 from torquerig.device_sim.canopen.emergency import EmergencyProducer
 from torquerig.device_sim.canopen.rpdo import Rpdo
 from torquerig.device_sim.canopen.sync import SyncConsumer
+from torquerig.device_sim.canopen.timers import Timer
 from torquerig.device_sim.canopen.tpdo import Tpdo
 from torquerig.driver.wire import pdo
 from torquerig.driver.wire.frame import Frame
@@ -112,6 +113,11 @@ class ProcessData:
     def plain(self) -> tuple[tuple[Rpdo, ...], tuple[Tpdo, ...]] | None:
         """What hears, and what SYNC has sent, if that is all: None if there is more to be heeded."""
         return None if self.eventful or self._synchronous else (self._active, self._cyclic)
+
+    @property
+    def deadlines(self) -> list[Timer]:
+        """The alarms of the active RPDOs."""
+        return [rpdo.deadline for rpdo in self._active]
 
     def check(self, at_ns: int) -> None:
         """Send what is driven by events, if there was one."""

@@ -102,3 +102,10 @@ class Timer:
     def cancel(self) -> None:
         """Unset it."""
         self.arm(NEVER_NS)
+
+    def ring(self) -> None:
+        """Ring it, whatever else is due; it must be set."""
+        timers, due_ns = self._timers, self.due_ns
+        self.cancel()
+        timers.now_ns = due_ns
+        timers.actions[self.slot](due_ns)

@@ -14,6 +14,7 @@ from torquerig.device_sim.drive.torque_drive import LentParts, TorqueDrive
 from torquerig.device_sim.machine import Machine
 from torquerig.driver.wire.cia402 import DriveState
 from torquerig.driver.wire.dictionary import DRIVE_EDS, load_dictionary
+from torquerig.driver.wire.frame import Frame
 
 _KNOWN: Final = (objects.CONTROLWORD, objects.RAW_TARGET, objects.TARGET_TORQUE)
 """What an RPDO may carry in a steady cycle, in the order in which `steady_memory.RPDO` says where."""
@@ -47,6 +48,7 @@ class LentDrive(NamedTuple):
         tpdos: What it says, and
         said: how that is made.
         other_event_ns: When something happens next without a frame that a steady cycle does not do [ns].
+        aside_ns: When something does that can be done beside it [ns].
     """
 
     parts: LentParts
@@ -56,6 +58,7 @@ class LentDrive(NamedTuple):
     tpdos: tuple[Tpdo, ...]
     said: tuple[TpdoPlan, ...]
     other_event_ns: int
+    aside_ns: int
 
 
 class SimulatedDrive(CanopenNode):
@@ -137,8 +140,29 @@ class SimulatedDrive(CanopenNode):
             return None
         pending = self.behind.command.pending
         node = reaction_ns, self.sync.count, self.timers.now_ns, len(pending)
-        alarms = self.behind.command.effect, self.behind.watchdogs.sync_loss, *[rpdo.deadline for rpdo in rpdos]
-        return LentDrive((*parts, node), pending, rpdos, heard, tpdos, said, self.timers.next_but(alarms))
+        return LentDrive((*parts, node), pending, rpdos, heard, tpdos, said, self.other_event_ns, self.aside_ns)
+
+    @property
+    def other_event_ns(self) -> int:
+        """When something happens next without a frame that is neither of a steady cycle nor beside it [ns]."""
+        own = self.behind.command.effect, self.behind.watchdogs.sync_loss, *self.pdos.deadlines
+        return self.timers.next_but((*own, self.error_control.producer.timer, self.behind.protection.look))
+
+    @property
+    def aside_ns(self) -> int:
+        """When its next heartbeat goes out, or its protection looks next [ns]."""
+        return min(self.error_control.producer.timer.due_ns, self.behind.protection.look.due_ns)
+
+    def live_aside(self, at_ns: int) -> None:
+        """Look, and say the heartbeat, if that is due, and neither more nor less."""
+        for timer in (self.behind.protection.look, self.error_control.producer.timer):
+            if timer.due_ns <= at_ns:
+                timer.ring()
+
+    def expects(self, frame: Frame) -> bool:
+        """Whether a frame is nothing to it, or a heartbeat that is no news."""
+        listener, consumer = self.listeners.get(frame.can_id), self.error_control.consumer
+        return listener is None or (listener == consumer.receive and consumer.is_no_news(frame))
 
     @property
     def state(self) -> DriveState:

@@ -24,6 +24,9 @@ class Protection:
 
     It looks at every SYNC, and every supervision period. I2t is the lagged square of the torque in units of the rated
     one; it trips at 1 (object 2100:3: 100 %), so the rated torque may flow for ever.
+
+    Attributes:
+        look: The alarm of its next look.
     """
 
     __slots__ = (
@@ -33,7 +36,6 @@ class Protection:
         "_i2t",
         "_i2t_timer",
         "_injected",
-        "_look_timer",
         "_machine",
         "_motor",
         "_overcurrent",
@@ -41,6 +43,7 @@ class Protection:
         "_parameters",
         "_store",
         "_trip",
+        "look",
     )
 
     def __init__(
@@ -76,7 +79,7 @@ class Protection:
         self._motor = LaggedLoad(parameters.motor_time_constant)
         self._injected: set[Injection] = set()
         self._i2t_timer = timers.add(lambda at_ns: trip(EmergencyCode.I2T, at_ns))
-        self._look_timer = timers.add(self._look)
+        self.look = timers.add(self._look)
         self._overspeed = math.inf
         self._overcurrent = math.inf
         self._join_objects(store)
@@ -97,7 +100,7 @@ class Protection:
         for load in (self._i2t, self._device, self._motor):
             load.reset(at_ns)
         self._i2t_timer.cancel()
-        self._look_timer.arm(at_ns + self._parameters.supervision_ns)
+        self.look.arm(at_ns + self._parameters.supervision_ns)
 
     def load(self, torque: float, at_ns: int) -> None:
         """Another torque is commanded.
@@ -130,6 +133,15 @@ class Protection:
         if speed > self._overspeed or speed < -self._overspeed:
             self._trip(EmergencyCode.OVERSPEED, at_ns)
 
+    def is_calm(self, at_ns: int) -> bool:
+        """Whether a look would trip nothing."""
+        return (
+            abs(self._machine.motor_velocity(self._axis, at_ns)) <= self._overspeed
+            and self._device_temperature(at_ns) <= self._parameters.device_maximum
+            and self._motor_temperature(at_ns) <= self._parameters.motor_maximum
+            and self.voltage_good
+        )
+
     @property
     def voltage_good(self) -> bool:
         """Whether the DC link's voltage is within its limits."""
@@ -151,7 +163,7 @@ class Protection:
         self._i2t_timer.arm(self._i2t.reaches_ns(TRIP_LOAD))
 
     def _look(self, at_ns: int) -> None:
-        self._look_timer.arm(at_ns + self._parameters.supervision_ns)
+        self.look.arm(at_ns + self._parameters.supervision_ns)
         heat = self._i2t.value(at_ns)  # the winding warms first, then what is around it
         self._device.change(heat, at_ns)
         self._motor.change(heat, at_ns)

@@ -1,8 +1,8 @@
 """Drives in steady operation: SYNC, process data and torques as compiled code, for real time at several kilohertz.
 
-`SteadyDrives` borrows the state of all drives on a bus while nothing happens but the regular cycle, and gives it back
-for whatever else happens: a heartbeat, an SDO, a controlword that is new, a limit that is reached, a deadline that
-passes. What the drives say and do is the same, at the same times.
+`SteadyDrives` borrows the state of all drives on a bus while nothing happens but the regular cycle, heartbeats and calm
+looks of the protection, and gives it back for whatever else happens: an SDO, a controlword that is new, a limit that is
+reached, a deadline that passes. What the drives say and do is the same, at the same times.
 """
 
 import struct
@@ -16,12 +16,14 @@ import numpy as np
 from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.drive.steady_kernels import live
 from torquerig.device_sim.drive.steady_loan import Loan
-from torquerig.device_sim.drive.steady_memory import ADVANCE, ASK, HEARD, LEAVE
+from torquerig.device_sim.drive.steady_memory import ADVANCE, ASIDE, ASK, HEARD, LEAVE
 from torquerig.device_sim.plant.logged import LoggedMachine
+from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Frame
 
 _numba: Final[Any] = numba  # it has no types
-_GIVEN: Final = frozenset({ADVANCE, ASK})
+_GIVEN: Final = frozenset({ADVANCE, ASK, ASIDE})
+_HEARTBEATS: Final = range(cob.HEARTBEAT + 1, cob.HEARTBEAT + 128)
 _HEARD: Final = struct.Struct("=BBHI8s")  # as `steady_memory.HEARD`
 
 
@@ -44,6 +46,7 @@ class SteadyDrives:
         self._live: Callable[[int], int] = partial(kernel.compile(types), *memory)
         self._heard, self._waits = heard.view(np.uint8).data, heard["waits"]
         self._said = self._loan.lent[5]
+        self._frames: list[Frame] = []  # beside the cycle's
         fleet = self._loan.fleet
         self._wanted, self._here, self._spoken = (fleet[name] for name in ("wanted_ns", "machine_ns", "said"))
         self._now, self._next = (fleet[name] for name in ("now_ns", "next_ns"))
@@ -68,6 +71,8 @@ class SteadyDrives:
             Whether that was regular. If not, the drives have not heard it, and what they lent is to be given back.
         """
         can_id, data, remote, extended = frame
+        if can_id in _HEARTBEATS and not (remote or extended):
+            return self.advance(at_ns) and self._loan.hear_heartbeat(frame, at_ns)
         _HEARD.pack_into(self._heard, 0, 1, remote or extended, len(data), can_id, data)
         return self.advance(at_ns)
 
@@ -82,8 +87,13 @@ class SteadyDrives:
             if needed == ADVANCE:
                 self._machine.advance(at_ns)
                 self._here[0] = at_ns
-            else:
+            elif needed == ASK:
                 self._loan.measure(at_ns)
+            else:
+                frames = self._loan.live_aside(at_ns)
+                if frames is None:
+                    return False
+                self._frames = self.take() + frames
         return bool(needed != LEAVE)
 
     @property
@@ -93,11 +103,13 @@ class SteadyDrives:
 
     def take(self) -> list[Frame]:
         """What the drives have said since they were last asked, in the order of arbitration."""
-        count = self._spoken.item()
+        frames, count = self._frames, self._spoken.item()
+        if frames:
+            self._frames = []
         if not count:
-            return []
+            return frames
         self._spoken[0] = 0
-        return [Frame(can_id, bytes(data[:length])) for can_id, length, data in self._said[:count].tolist()]
+        return frames + [Frame(can_id, bytes(data[:length])) for can_id, length, data in self._said[:count].tolist()]
 
     def give_back(self) -> int:
         """Give the state back to the drives; how far their time has come [ns]."""

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from torquerig.device_sim.drive.drive import LentDrive, SimulatedDrive
 from torquerig.device_sim.drive.steady_memory import ASKED, DRIVE, EFFECT, FIELD, FLEET, RPDO, SAID, TPDO, WAITING
 from torquerig.device_sim.plant.logged import LoggedMachine
-from torquerig.driver.wire.frame import MAX_DATA_LENGTH
+from torquerig.driver.wire import nmt
+from torquerig.driver.wire.frame import MAX_DATA_LENGTH, Frame
+from torquerig.driver.wire.nmt import NmtState
 
 PDOS: Final = 4
 """TPDOs and RPDOs of a drive: those with default identifiers (CiA 301, 7.3.3)."""
@@ -70,6 +72,7 @@ class Loan:
         fleet = self.fleet[0]
         fleet["now_ns"], fleet["machine_ns"], fleet["asked_ns"] = now_ns, self._machine.now_ns, _NEVER_ASKED
         fleet["others_ns"] = min([owner.other_event_ns for owner in owners])
+        fleet["aside_ns"] = min([owner.aside_ns for owner in owners])
         fleet["said"] = 0
         return True
 
@@ -99,6 +102,41 @@ class Loan:
                 if field["source"] == ASKED:
                     field["value"] = tpdo.measure(number, at_ns)
         self.fleet["asked_ns"] = at_ns
+
+    def live_aside(self, at_ns: int) -> list[Frame] | None:
+        """Have happen what is due beside the cycle: heartbeats, and looks of the protection.
+
+        Returns:
+            What the drives say; None, and nothing has happened, if that would not leave the cycle regular.
+        """
+        beats = [nmt.encode_heartbeat(drive.node_id, NmtState.OPERATIONAL) for drive in self._drives]
+        if not all(drive.expects(beat) for drive in self._drives for beat in beats):
+            return None
+        for drive, record in zip(self._drives, self._records, strict=True):
+            protection = drive.behind.protection
+            if protection.look.due_ns <= at_ns:
+                protection.take_back(*record["protection"].item()[-3:])
+                if not protection.is_calm(at_ns):
+                    return None
+        said = list[Frame]()
+        for drive in self._drives:
+            drive.live_aside(at_ns)
+            said += [emission.frame for emission in drive.take()]
+        self.fleet["machine_ns"] = self._machine.now_ns
+        self.fleet["aside_ns"] = min([drive.aside_ns for drive in self._drives])
+        for beat in said:
+            self.hear_heartbeat(beat, at_ns)
+        return said
+
+    def hear_heartbeat(self, frame: Frame, at_ns: int) -> bool:
+        """Let the drives hear a heartbeat; False, and nobody has, if that would not leave the cycle regular."""
+        if not all(drive.expects(frame) for drive in self._drives):
+            return False
+        for drive in self._drives:
+            if frame.can_id in drive.listeners:
+                drive.error_control.consumer.receive(frame, at_ns)
+        self.fleet["others_ns"] = min([drive.other_event_ns for drive in self._drives])
+        return True
 
     def _lay_out(self) -> None:
         """Write how PDOs are read and made."""

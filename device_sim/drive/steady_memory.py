@@ -18,7 +18,8 @@ TRIP_LOAD: Final = 1.0  # I2t of the rated torque, flowing for ever
 DONE: Final = 0  # all has happened that was to
 ADVANCE: Final = 1  # the machine is needed at `wanted_ns`
 ASK: Final = 2  # values are needed that must be asked for, at `wanted_ns`
-LEAVE: Final = 3  # what comes next is not regular
+ASIDE: Final = 3  # something beside the cycle happens at `wanted_ns`
+LEAVE: Final = 4  # what comes next is not regular
 
 CONSTANT: Final = 0  # what a TPDO's number is: one that stays (as in `canopen.tpdo`),
 POSITION: Final = 1  # 6064,
@@ -90,7 +91,7 @@ SAID: Final = np.dtype([("can_id", "u4"), ("length", "u1"), ("data", "u1", (8,))
 FLEET: Final = np.dtype(
     [
         *_whole("drives", "rpdos", "tpdos", "sync_id", "sync_length", "is_prompt"),
-        *_whole("now_ns", "machine_ns", "asked_ns", "others_ns", "wanted_ns", "next_ns"),
+        *_whole("now_ns", "machine_ns", "asked_ns", "others_ns", "aside_ns", "wanted_ns", "next_ns"),
         *_whole("said"),
         *_real("gear"),
     ]

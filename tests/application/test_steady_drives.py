@@ -13,7 +13,7 @@ from torquerig.assembly import build_simulation
 from torquerig.configuration import load_configuration
 from torquerig.device_sim import devices
 from torquerig.device_sim.canopen import tpdo
-from torquerig.device_sim.drive import SimulatedDrive, objects, protection, steady_memory, torque_drive
+from torquerig.device_sim.drive import Injection, SimulatedDrive, objects, protection, steady_memory, torque_drive
 from torquerig.device_sim.drive.steady import SteadyDrives
 from torquerig.device_sim.plant import TruthLog
 from torquerig.device_sim.plant.logged import LoggedMachine
@@ -51,6 +51,7 @@ class Rig:
 
     def hear(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
+            Rig.pass_until(self, arrival.at_ns)  # what was said before goes out before
             self.say(self.devices.receive(arrival.frame, arrival.at_ns), arrival.at_ns)
 
     def pass_until(self, to_ns: int) -> None:
@@ -77,9 +78,9 @@ class Rig:
 class SteadyRig(Rig):
     """The same, which takes what is regular as steady operation, a few frames at a time."""
 
-    def __init__(self, plant: str = "fitted", *, luck: random.Random) -> None:
+    def __init__(self, plant: str = "fitted", *, luck: random.Random, run: int = 12) -> None:
         super().__init__(plant)
-        self._luck = luck
+        self._luck, self._run = luck, run
         self._steady = SteadyDrives(self.drives, self.machine)
         self._now_ns = 0
         self.borrowed = 0
@@ -89,7 +90,7 @@ class SteadyRig(Rig):
         while left:
             if self._steady.borrow(self._now_ns):
                 self.borrowed += 1
-                for _ in range(self._luck.randint(1, 12)):
+                for _ in range(self._luck.randint(1, self._run)):
                     if not left or not self._hear_steadily(left[0]):
                         break
                     left.popleft()
@@ -106,37 +107,41 @@ class SteadyRig(Rig):
     def pass_until(self, to_ns: int) -> None:
         if self._steady.borrow(self._now_ns):
             self._steady.advance(to_ns)
+            self.said += self._steady.take()
             self._steady.give_back()
         super().pass_until(to_ns)
         self._now_ns = to_ns
 
 
-def session(rng: random.Random, cycles: int, amplitude: int, *, gaps: float = 0.03) -> list[Arrival]:
+def session(rng: random.Random, cycles: int, amplitude: int, *, gaps: float = 0.03, odd: float = 0.01) -> list[Arrival]:
     """Start, enable and drive with all sorts of targets, and now and then what is not regular."""
     script = [Arrival(FIRST, nmt.encode_command(NmtCommand.START, 0)), Arrival(FIRST, HEARTBEAT)]
     due_ns = FIRST + PERIOD
     for node in (1, 2, 3):
+        watched = (127 << 16 | 200, (node % 3 + 1) << 16 | 20)  # the master, and a sibling
         settings = (0x1006, 0, PERIOD // US, 4), (0x2120, 1, 5, 1), (0x1400, 5, 20, 2), (0x1017, 0, 7, 2)
+        settings += tuple((0x1016, number + 1, entry, 4) for number, entry in enumerate(watched))
         script += [Arrival(FIRST, write(node, *setting)) for setting in settings]
     for cycle in range(cycles):
         controlword = (6, 7, OPERATE)[min(cycle // 2, 2)]
         if rng.random() > gaps:
-            script.append(Arrival(due_ns, SYNC if rng.random() > 0.01 else Frame(cob.SYNC, b"\1")))
+            script.append(Arrival(due_ns, SYNC if rng.random() > odd else Frame(cob.SYNC, b"\1")))
         for node in (1, 2, 3):
             counts = rng.randint(-amplitude, amplitude) if controlword == OPERATE else 0
-            word = HALT if controlword == OPERATE and rng.random() < 0.01 else controlword
+            word = HALT if controlword == OPERATE and rng.random() < odd else controlword
             frame = Frame(cob.RPDO[1] + node, RPDO.pack(word, counts))
             script.append(Arrival(due_ns + rng.randint(100, 600) * US, frame))
-        if rng.random() < 0.1:
-            odd = rng.choice([HEARTBEAT, Frame(0x123, b"foreign"), write(1, 0x6087, 0, 5000, 4), Frame(0x201, b"\x0f")])
-            script.append(Arrival(due_ns + 700 * US, odd))
+        if rng.random() < 10 * odd:
+            slower, short = write(1, 0x6087, 0, 5000, 4), Frame(0x201, b"\x0f")
+            strange = rng.choice([HEARTBEAT, HEARTBEAT, Frame(0x123, b"foreign"), slower, short])
+            script.append(Arrival(due_ns + 700 * US, strange))
         due_ns += PERIOD
     return sorted(script, key=lambda arrival: arrival.at_ns)
 
 
-def both(script: Sequence[Arrival], *, seed: int, plant: str = "fitted") -> tuple[Rig, SteadyRig]:
+def both(script: Sequence[Arrival], *, seed: int, plant: str = "fitted", run: int = 12) -> tuple[Rig, SteadyRig]:
     """The script on both rigs."""
-    plain, steady = Rig(plant), SteadyRig(plant, luck=random.Random(seed))
+    plain, steady = Rig(plant), SteadyRig(plant, luck=random.Random(seed), run=run)
     for rig in (plain, steady):
         rig.pass_until(FIRST - MS)
         rig.hear(script)
@@ -169,6 +174,23 @@ def test_missing_syncs_are_counted_and_end_operation_as_they_do_frame_by_frame()
     plain, steady = both(session(random.Random(3), 200, 3000, gaps=0.3), seed=3)
     assert_same(plain, steady)
     assert steady.drives[0].store.get(*objects.MISSED_SYNCS) > 10
+
+
+def test_heartbeats_and_calm_looks_do_not_end_steady_operation() -> None:
+    script = session(random.Random(11), 200, 3000, gaps=0.0, odd=0.0)
+    script += [Arrival(FIRST + 20 * MS + k * 10 * MS + 700 * US, HEARTBEAT) for k in range(15)]
+    plain, steady = both(sorted(script, key=lambda arrival: arrival.at_ns), seed=11, run=1000)
+    assert_same(plain, steady)
+    assert len([frame for frame in steady.said if frame.can_id == cob.HEARTBEAT + 1]) > 20
+    assert steady.borrowed < 20
+
+
+def test_what_a_look_finds_ends_steady_operation() -> None:
+    script = session(random.Random(12), 200, 3000, gaps=0.0, odd=0.0)
+    heat = write(2, 0x2F00, 0, Injection.MOTOR_TEMPERATURE, 4)
+    plain, steady = both([*script[:500], Arrival(script[500].at_ns, heat), *script[500:]], seed=12, run=1000)
+    assert_same(plain, steady)
+    assert steady.drives[1].state is DriveState.FAULT
 
 
 def test_a_slow_tpdo_asks_for_its_temperatures() -> None:
