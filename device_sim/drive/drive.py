@@ -136,9 +136,9 @@ class SimulatedDrive(CanopenNode):
         rpdos, tpdos = pdos
         heard = tuple([plan for rpdo in rpdos if (plan := rpdo.plan(self._places)) is not None])
         said = tuple([made for tpdo in tpdos if (made := tpdo.plan(self._sources)) is not None])
-        if len(heard) < len(rpdos) or len(said) < len(tpdos):
-            return None
         pending = self.behind.command.pending
+        if len(heard) < len(rpdos) or len(said) < len(tpdos) or len(pending) > steady_memory.WAITING:
+            return None
         node = reaction_ns, self.sync.count, self.timers.now_ns, len(pending)
         return LentDrive((*parts, node), pending, rpdos, heard, tpdos, said, self.other_event_ns, self.aside_ns)
 

@@ -193,6 +193,17 @@ def test_what_a_look_finds_ends_steady_operation() -> None:
     assert steady.drives[1].state is DriveState.FAULT
 
 
+def test_more_targets_at_once_than_there_is_room_for_are_taken_frame_by_frame() -> None:
+    script = session(random.Random(13), 100, 3000, gaps=0.0, odd=0.0)
+    at_ns = script[-1].at_ns
+    flood = [
+        Arrival(at_ns, Frame(cob.RPDO[1] + 2, RPDO.pack(OPERATE, 50 * k))) for k in range(2 * steady_memory.WAITING)
+    ]
+    after = [Arrival(at_ns + 20 * US, SYNC), Arrival(at_ns + MS, SYNC)]
+    plain, steady = both([*script, *flood, *after], seed=13)
+    assert_same(plain, steady)
+
+
 def test_a_slow_tpdo_asks_for_its_temperatures() -> None:
     plain, steady = both(session(random.Random(5), 100, 3000, gaps=0.0), seed=5)
     slow = [frame for frame in steady.said if frame.can_id == cob.TPDO[2] + 1]
