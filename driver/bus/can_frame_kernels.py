@@ -34,10 +34,10 @@ EXTRAS_SIZE: Final = STAMP_SIZE + 24  # and struct cmsghdr with a count
 
 @compiled
 def believe(wire: Any, now_ns: int) -> None:  # noqa: ANN401
-    """Measure anew what the epoch's clock is ahead of the monotonic one, if that was long ago."""
-    if now_ns > wire.offset_until_ns:
+    """Measure anew what the epoch's clock is ahead of the monotonic one, if that was long ago or it was set back."""
+    if now_ns > wire.offset_until_ns or now_ns < wire.latest_ns - OFFSET_AGE_NS:
         wire.offset_ns = read_clock(wire, CLOCK_REALTIME) - read_clock(wire, CLOCK_MONOTONIC)
-        wire.offset_until_ns = now_ns + OFFSET_AGE_NS
+        wire.offset_until_ns = read_clock(wire, CLOCK_MONOTONIC) + OFFSET_AGE_NS
 
 
 @compiled
@@ -72,7 +72,7 @@ def read(wire: Any, descriptor: int) -> None:  # noqa: ANN401
         wire.error = errno()
     for k in range(got):
         frame, at_ns = wire.frame_in[k], time_of(wire, k)
-        if frame.can_id & ERROR:
+        if wire.header_in[k].size == FRAME_SIZE and frame.can_id & ERROR:
             wire.errors += 1
         elif wire.header_in[k].size != FRAME_SIZE or frame.length > frame.data.size:
             wire.malformed += 1
@@ -87,7 +87,7 @@ def read(wire: Any, descriptor: int) -> None:  # noqa: ANN401
 @compiled
 def read_all(wire: Any, only_ready: bool) -> None:  # noqa: ANN401, FBT001
     """Take what waits in the sockets, in their order."""
-    for place in range(wire.polled_count):
+    for place in range(wire.first, wire.polled_count):
         polled = wire.polled[place]
         if wire.logged < wire.most and (polled.revents or not only_ready):
             read(wire, polled.descriptor)
@@ -110,7 +110,7 @@ def await_frames(wire: Any, until_ns: int) -> int:  # noqa: ANN401
         ready = spin(wire, until_ns)
     elif ready == 0:
         wire.seen_ns = until_ns  # or later
-    return ready
+    return int(ready)
 
 
 @brief
@@ -125,7 +125,7 @@ def can_frames_take(wires: Any, until_ns: int) -> int:  # noqa: ANN401
     while not wire.logged:
         if wire.error:
             number, wire.error = wire.error, 0
-            return -number
+            return -int(number)
         is_past = until_ns <= wire.seen_ns or until_ns <= look_at_clock(wire)
         ready = 0 if is_past else await_frames(wire, until_ns)
         if ready < 0:
@@ -145,6 +145,6 @@ def can_frames_send(wires: Any, count: int) -> int:  # noqa: ANN401
     while sent < count:
         more = sendmmsg(wire.sender, wire.headers_out_at + sent * HEADER_SIZE, count - sent, MSG_DONTWAIT)
         if more <= 0:
-            return sent if sent else -errno()
+            return int(sent) if sent else -errno()
         sent += more
-    return sent
+    return int(sent)

@@ -78,9 +78,11 @@ def can_hear(cycles: Any, wires: Any) -> int:  # noqa: ANN401
 def can_take(cycles: Any, wires: Any, until_ns: int) -> int:  # noqa: ANN401
     """Take answers; if nothing is new, wait for frames until a time, and take what has come then."""
     flags = can_hear(cycles, wires)
+    wire = wires[0]
     if flags:
         return flags
-    wire = wires[0]
+    if wire.pending:
+        return OTHER
     ready = wait_aside(wire, until_ns)
     if ready <= 0:
         return ready
@@ -97,6 +99,8 @@ def can_sync(cycles: Any, wires: Any, due_ns: int, look: bool) -> int:  # noqa: 
     if now_ns < due_ns:
         return EARLY
     cycle.open = 0
+    if wire.pending and look:
+        return OTHER
     if poll(wire.polled_at, wire.polled_count, 0) > 0:
         if wire.polled[0].revents and look:
             return OTHER
@@ -116,7 +120,7 @@ def can_sync(cycles: Any, wires: Any, due_ns: int, look: bool) -> int:  # noqa: 
 def can_command(cycles: Any, wires: Any, first: int, look: bool) -> int:  # noqa: ANN401, FBT001
     """Send the commands from the first on, unless frames wait that are no process data."""
     cycle, wire = cycles[0], wires[0]
-    if look and poll(wire.polled_at, 1, 0) > 0:
+    if look and (wire.pending or poll(wire.polled_at, 1, 0) > 0):
         return OTHER
     if not encode(cycle):
         return NOT_A_NUMBER

@@ -51,7 +51,7 @@ CAN_WIRE: Final = np.dtype(
     [
         *NOW,
         ("polled", POLLED, (2,)),
-        *((name, "i8") for name in ("other", "process", "offset_ns", "offset_until_ns", "latest_ns")),
+        *((name, "i8") for name in ("other", "process", "offset_ns", "offset_until_ns", "latest_ns", "pending")),
         *((name, "u8") for name in ("headers_in_at", "headers_out_at", "sync_at")),
         ("at_ns", "i8", (BATCH,)),
         ("frame_in", CAN_FRAME, (BATCH,)),
@@ -122,7 +122,7 @@ class KernelCanPort:
         other: socket.socket,
         process: socket.socket,
         cycle: Cycle,
-        take_other: Callable[[], Arrival | None],
+        take_others: Callable[[], Sequence[Arrival]],
         fail: Fail,
     ) -> None:
         """Lay the frames out; nothing is sent.
@@ -131,11 +131,11 @@ class KernelCanPort:
             other: Is handed what is no process data, and sends everything.
             process: Is handed process data; `close` closes it.
             cycle: The cycle.
-            take_other: Takes a frame from the one.
+            take_others: Takes frames from the one.
             fail: Makes errors.
         """
         self.process = process
-        self._take_other = take_other
+        self._take_others = take_others
         self._fail = fail
         self._wire = _wire_of(process)
         record = self._wire[0]
@@ -152,10 +152,14 @@ class KernelCanPort:
         self.take = bind(can_kernels.can_take, *records, scalars=("int64",))
         self.command = bind(can_kernels.can_command, *records, scalars=("int64", "boolean"))
 
+    def remind(self) -> None:
+        """Have frames that wait elsewhere than in the sockets handed out by `others`."""
+        self._wire["pending"] = 1
+
     def others(self) -> Sequence[Arrival]:
-        """Return the next frame that is no process data."""
-        arrival = self._take_other()
-        return () if arrival is None else (arrival,)
+        """Return the next frames that are no process data."""
+        self._wire["pending"] = 0
+        return self._take_others()
 
     def error(self, flags: int) -> BusError:
         """What an error among the flags means."""

@@ -8,15 +8,13 @@ from torquerig.driver.wire.frame import Frame
 FRAME: Final = struct.Struct("=IB3x8s")  # can_id and flags, length, data
 EXTENDED: Final = 0x8000_0000
 REMOTE: Final = 0x4000_0000
-ERROR: Final = 0x2000_0000
 BASE_ID: Final = 0x7FF
 EXTENDED_ID: Final = 0x1FFF_FFFF
 
 
-def pack_frame(room: bytearray, frame: Frame) -> None:
-    """Write a checked frame."""
-    can_id = frame.can_id | (EXTENDED if frame.extended else 0) | (REMOTE if frame.remote else 0)
-    FRAME.pack_into(room, 0, can_id, len(frame.data), frame.data)
+def identifier_of(frame: Frame) -> int:
+    """Return the identifier of a checked frame, with its flags."""
+    return frame.can_id | (EXTENDED if frame.extended else 0) | (REMOTE if frame.remote else 0)
 
 
 def frame_from(can_id: int, data: bytes) -> Frame:

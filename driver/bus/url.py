@@ -70,7 +70,7 @@ def open_bus(
         return SlcanBus(Path(channel), bitrate=bitrate, tap=tap)
     opened = open_python_can(url, bitrate=bitrate)
     clock = RealClock(spin_ns)
-    if isinstance(opened, SocketcanBus):
+    if isinstance(opened, SocketcanBus) and SUPPORTED:
         return KernelCanBus(opened, clock, tap, spin_ns=spin_ns)
     if isinstance(opened, UnixBus) and SUPPORTED:
         return UnixMemberBus(opened, clock, tap, spin_ns=spin_ns)
