@@ -153,12 +153,6 @@ class SimulatedDrive(CanopenNode):
         """When its next heartbeat goes out, or its protection looks next [ns]."""
         return min(self.error_control.producer.timer.due_ns, self.behind.protection.look.due_ns)
 
-    def live_aside(self, at_ns: int) -> None:
-        """Look, and say the heartbeat, if that is due, and neither more nor less."""
-        for timer in (self.behind.protection.look, self.error_control.producer.timer):
-            if timer.due_ns <= at_ns:
-                timer.ring()
-
     def expects(self, frame: Frame) -> bool:
         """Whether a frame is nothing to it, or a heartbeat that is no news."""
         listener, consumer = self.listeners.get(frame.can_id), self.error_control.consumer

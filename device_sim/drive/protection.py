@@ -133,14 +133,23 @@ class Protection:
         if speed > self._overspeed or speed < -self._overspeed:
             self._trip(EmergencyCode.OVERSPEED, at_ns)
 
-    def is_calm(self, at_ns: int) -> bool:
-        """Whether a look would trip nothing."""
-        return (
-            abs(self._machine.motor_velocity(self._axis, at_ns)) <= self._overspeed
-            and self._device_temperature(at_ns) <= self._parameters.device_maximum
-            and self._motor_temperature(at_ns) <= self._parameters.motor_maximum
+    def look_calmly(self, at_ns: int) -> bool:
+        """Look, if that trips nothing; whether it did."""
+        parameters = self._parameters
+        device, motor = self._device.value(at_ns), self._motor.value(at_ns)
+        is_calm = (
+            not self._injected
+            and abs(self._machine.motor_velocity(self._axis, at_ns)) <= self._overspeed
+            and parameters.ambient + parameters.device_rise * device <= parameters.device_maximum
+            and parameters.ambient + parameters.motor_rise * motor <= parameters.motor_maximum
             and self.voltage_good
         )
+        if is_calm:
+            self.look.arm(at_ns + parameters.supervision_ns)
+            heat = self._i2t.value(at_ns)
+            self._device.take_back(device, heat, at_ns)
+            self._motor.take_back(motor, heat, at_ns)
+        return is_calm
 
     @property
     def voltage_good(self) -> bool:

@@ -16,13 +16,13 @@ import numpy as np
 from torquerig.device_sim.drive.drive import SimulatedDrive
 from torquerig.device_sim.drive.steady_kernels import live
 from torquerig.device_sim.drive.steady_loan import Loan
-from torquerig.device_sim.drive.steady_memory import ADVANCE, ASIDE, ASK, HEARD, LEAVE
+from torquerig.device_sim.drive.steady_memory import ADVANCE, ALARM, ASIDE, ASK, HEARD, LEAVE
 from torquerig.device_sim.plant.logged import LoggedMachine
 from torquerig.driver.wire import cob
 from torquerig.driver.wire.frame import Frame
 
 _numba: Final[Any] = numba  # it has no types
-_GIVEN: Final = frozenset({ADVANCE, ASK, ASIDE})
+_GIVEN: Final = frozenset({ADVANCE, ASK, ASIDE, ALARM})
 _HEARTBEATS: Final = range(cob.HEARTBEAT + 1, cob.HEARTBEAT + 128)
 _HEARD: Final = struct.Struct("=BBHI8s")  # as `steady_memory.HEARD`
 
@@ -89,6 +89,9 @@ class SteadyDrives:
                 self._here[0] = at_ns
             elif needed == ASK:
                 self._loan.measure(at_ns)
+            elif needed == ALARM:
+                if not self._loan.has_no_alarm(to_ns):
+                    return False
             else:
                 frames = self._loan.live_aside(at_ns)
                 if frames is None:

@@ -7,7 +7,7 @@ left alone, before anything has changed, and told.
 
 from typing import Any
 
-from torquerig.device_sim.drive.steady_memory import ASIDE, DONE, LEAVE, NEVER_NS
+from torquerig.device_sim.drive.steady_memory import ALARM, ASIDE, DONE, LEAVE, NEVER_NS
 from torquerig.device_sim.drive.steady_samples import synchronise
 from torquerig.device_sim.drive.steady_targets import next_effect, receive, take_effect
 from torquerig.mechanism.compiled import compiled
@@ -49,7 +49,7 @@ def live(fleets: Any, lent: Any, frames: Any, until_ns: int) -> int:  # noqa: AN
         axis, alarm_ns = next_effect(fleet, drives, effects), next_alarm_ns(fleet, drives, rpdos)
         effect_ns = effects[axis, 0].at_ns if axis >= 0 else NEVER_NS
         if alarm_ns <= min(effect_ns, fleet.aside_ns, until_ns):
-            return LEAVE
+            return ALARM
         if fleet.aside_ns <= min(effect_ns, until_ns):
             fleet.now_ns = fleet.wanted_ns = fleet.aside_ns
             return ASIDE

@@ -7,7 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from torquerig.device_sim.drive.drive import LentDrive, SimulatedDrive
-from torquerig.device_sim.drive.steady_memory import ASKED, DRIVE, EFFECT, FIELD, FLEET, RPDO, SAID, TPDO, WAITING
+from torquerig.device_sim.drive.steady_memory import (
+    ASKED,
+    DRIVE,
+    EFFECT,
+    FIELD,
+    FLEET,
+    NEVER_NS,
+    RPDO,
+    SAID,
+    TPDO,
+    WAITING,
+)
 from torquerig.device_sim.plant.logged import LoggedMachine
 from torquerig.driver.wire import nmt
 from torquerig.driver.wire.frame import MAX_DATA_LENGTH, Frame
@@ -45,6 +56,7 @@ class Loan:
         tables = self._records, self._effects, self._rpdos, self._tpdos, self._fields, np.zeros(count * PDOS, SAID)
         self.lent = (*tables, (motors.angle, motors.rate, motors.torque, motors.demand))
         self._heard, self._made, self._values = self._rpdos[:0], self._tpdos[:0], self._fields["value"][:0]
+        self._beats = [(drive, nmt.encode_heartbeat(drive.node_id, NmtState.OPERATIONAL)) for drive in drives]
         self._owners: list[LentDrive] = []
         self._plans: list[tuple[object, object]] = []
         self._identifiers: frozenset[int] = frozenset()
@@ -107,36 +119,48 @@ class Loan:
         """Have happen what is due beside the cycle: heartbeats, and looks of the protection.
 
         Returns:
-            What the drives say; None, and nothing has happened, if that would not leave the cycle regular.
+            What the drives say; None if that would not leave the cycle regular: then no heartbeat has gone out, and a
+            drive that would trip has not looked.
         """
-        beats = [nmt.encode_heartbeat(drive.node_id, NmtState.OPERATIONAL) for drive in self._drives]
-        if not all(drive.expects(beat) for drive in self._drives for beat in beats):
+        beats = [beat for drive, beat in self._beats if drive.error_control.producer.timer.due_ns <= at_ns]
+        if not all(drive.expects(beat) for beat in beats for drive in self._drives):
             return None
-        for drive, record in zip(self._drives, self._records, strict=True):
+        for axis, drive in enumerate(self._drives):
             protection = drive.behind.protection
             if protection.look.due_ns <= at_ns:
-                protection.take_back(*record["protection"].item()[-3:])
-                if not protection.is_calm(at_ns):
+                protection.take_back(*self._records["protection"].item(axis)[-3:])
+                if not protection.look_calmly(at_ns):
                     return None
-        said = list[Frame]()
         for drive in self._drives:
-            drive.live_aside(at_ns)
-            said += [emission.frame for emission in drive.take()]
+            if drive.error_control.producer.timer.due_ns <= at_ns:
+                drive.error_control.producer.timer.ring()
+                drive.take()
         self.fleet["machine_ns"] = self._machine.now_ns
         self.fleet["aside_ns"] = min([drive.aside_ns for drive in self._drives])
-        for beat in said:
-            self.hear_heartbeat(beat, at_ns)
-        return said
+        for beat in beats:
+            self._hear(beat, at_ns)
+        return beats
 
     def hear_heartbeat(self, frame: Frame, at_ns: int) -> bool:
         """Let the drives hear a heartbeat; False, and nobody has, if that would not leave the cycle regular."""
         if not all(drive.expects(frame) for drive in self._drives):
             return False
-        for drive in self._drives:
-            if frame.can_id in drive.listeners:
-                drive.error_control.consumer.receive(frame, at_ns)
-        self.fleet["others_ns"] = min([drive.other_event_ns for drive in self._drives])
+        self._hear(frame, at_ns)
         return True
+
+    def has_no_alarm(self, at_ns: int) -> bool:
+        """Whether nothing rings at a time: heartbeats that were heard put their alarms off."""
+        others_ns = min([drive.other_event_ns for drive in self._drives])
+        deadline_ns = min(
+            self._records["watchdogs"]["deadline_ns"].min(), self._heard["deadline_ns"].min(initial=NEVER_NS)
+        )
+        self.fleet["others_ns"] = others_ns
+        return bool(min(others_ns, deadline_ns) > at_ns)
+
+    def _hear(self, beat: Frame, at_ns: int) -> None:
+        for drive in self._drives:
+            if beat.can_id in drive.listeners:
+                drive.error_control.consumer.receive(beat, at_ns)
 
     def _lay_out(self) -> None:
         """Write how PDOs are read and made."""

@@ -19,7 +19,8 @@ DONE: Final = 0  # all has happened that was to
 ADVANCE: Final = 1  # the machine is needed at `wanted_ns`
 ASK: Final = 2  # values are needed that must be asked for, at `wanted_ns`
 ASIDE: Final = 3  # something beside the cycle happens at `wanted_ns`
-LEAVE: Final = 4  # what comes next is not regular
+ALARM: Final = 4  # a deadline passes, or something happens that is neither of the cycle nor beside it
+LEAVE: Final = 5  # what comes next is not regular
 
 CONSTANT: Final = 0  # what a TPDO's number is: one that stays (as in `canopen.tpdo`),
 POSITION: Final = 1  # 6064,

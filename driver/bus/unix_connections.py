@@ -48,7 +48,8 @@ UNIX_WIRE: Final = np.dtype(
     [
         *NOW,
         ("polled", POLLED, (1 + MOST_PEERS,)),
-        *((name, "i8") for name in ("peers", "sent", "latest_ns", "missed", "malformed", "pending", "tapped")),
+        *((name, "i8") for name in ("peers", "sent", "latest_ns", "missed", "malformed", "pending")),
+        *((name, "i8") for name in ("tapped", "spin_ns")),
         *((name, "i8", (MOST_PEERS,)) for name in ("expected", "not_taken", "gone")),
         *((name, "u8") for name in ("headers_in_at", "headers_out_at")),
         ("logged", "i8"),
@@ -81,15 +82,18 @@ class UnixConnections:
     They belong to one thread at a time, and the member with them.
     """
 
-    def __init__(self, member: UnixBus) -> None:
+    def __init__(self, member: UnixBus, spin_ns: int = 0) -> None:
         """Lay the packets out; nothing is sent.
 
         Args:
             member: The member.
+            spin_ns: For how long a port spins for answers before it sleeps for them: to be woken up takes longer than a
+                drive on the same machine needs to answer [ns].
         """
         self.member = member
         self.wire = np.zeros(1, dtype=UNIX_WIRE)
         record = self.wire[0]
+        record["spin_ns"] = spin_ns
         point(self.wire, "header_in", "vector_in", "packet_in", PACKET.itemsize)
         point(self.wire, "header_out", "vector_out", "packet_out", PACKET.itemsize)
         record["headers_in_at"] = address(self.wire, "header_in")
@@ -98,6 +102,7 @@ class UnixConnections:
         self._logged, self._pending = (self.wire[name].data for name in ("logged", "pending"))
         self._log = record["log"].view(np.uint8).data
         self._out = record["packet_out"][FIRST_FRAME:SYNC_PLACE].view(np.uint8).data
+        self._at_door = record["polled"]["revents"]
         self._peers: tuple[Peer, ...] = ()
         self.meet()
         no_cycle = np.zeros(1, dtype=CYCLE)
@@ -176,6 +181,10 @@ class UnixConnections:
             self.look_around()
         return True
 
+    def has_company(self) -> bool:
+        """Whether newcomers were at the door when the connections were last looked at, or members have left."""
+        return bool(self._at_door.item(0)) or bool(self._gone.any())
+
     def look_around(self) -> None:
         """Let newcomers in, and let go who left; what those said before waits in the member's inbox."""
         self.settle()
@@ -198,6 +207,7 @@ class UnixConnections:
         member._sent = cast("MutableSequence[int]", self.wire["sent"])
         member._sent[0] = sent
         self._peers = tuple(member._peers.values())[:MOST_PEERS]
+        self._gone = record["gone"][: len(self._peers)]
         self._few = len(self._peers) == len(member._peers)
         self._met = member._changes
         expected = [int(peer.expected[0]) for peer in self._peers]

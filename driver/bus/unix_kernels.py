@@ -118,11 +118,14 @@ def unix_hear(cycles: Any, wires: Any) -> int:  # noqa: ANN401
 
 @brief
 def unix_take(cycles: Any, wires: Any, until_ns: int) -> int:  # noqa: ANN401
-    """Take answers; if nothing is new, wait for frames until a time, and take what has come then."""
+    """Take answers; if nothing is new, wait for frames until a time, first by spinning, and take what has come then."""
+    wire = wires[0]
+    spins_until_ns = min(read_clock(wire, CLOCK_MONOTONIC) + wire.spin_ns, until_ns)
     flags = unix_hear(cycles, wires)
+    while not flags and read_clock(wire, CLOCK_MONOTONIC) < spins_until_ns:
+        flags = unix_hear(cycles, wires)
     if flags:
         return flags
-    wire = wires[0]
     ready = wait_aside(wire, until_ns)
     if ready <= 0:
         return ready

@@ -1,5 +1,6 @@
 """The unix bus behind our bus protocol: frames go in batches, through compiled code."""
 
+import os
 from collections import deque
 from collections.abc import Sequence
 from typing import Final
@@ -29,7 +30,8 @@ class UnixMemberBus(PythonCanBus):
         """Take over a member; `close` has it leave."""
         super().__init__(bus, clock, tap, spin_ns=spin_ns)
         self._member = bus
-        self._connections = UnixConnections(bus)
+        # on a single processor nobody could answer meanwhile
+        self._connections = UnixConnections(bus, spin_ns if (os.cpu_count() or 1) > 1 else 0)
         self._inbox: deque[Arrival] = deque()
         self._watched = False  # whether somebody waits by `fileno`
         self._port: UnixPort | None = None
@@ -150,8 +152,9 @@ class UnixMemberBus(PythonCanBus):
     def _take_others(self) -> tuple[Arrival, ...]:
         """Return what waits and is no process data; takes in newcomers, and lets go who left."""
         self._fetch()
-        self._connections.look_around()
-        self._take_over()
+        if self._connections.has_company():
+            self._connections.look_around()
+            self._take_over()
         arrivals = tuple(self._inbox)
         self._inbox.clear()
         if self._watched:

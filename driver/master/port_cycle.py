@@ -1,7 +1,7 @@
 """A cycle through a bus's port (`bus.cyclic`): laid out once, led here, the frames moved by compiled code."""
 
 from collections.abc import Sequence
-from typing import Any, Final, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,6 @@ from torquerig.driver.master.samples import CycleCounts
 from torquerig.driver.master.watch import Watch
 from torquerig.driver.wire.pdo import PdoLayout
 from torquerig.driver.wire.sync import SYNC_FRAME
-
-_AT_MOST: Final = 64
-"""Frames that are no process data, handed out between two steps of a cycle: a bus that never falls silent must not
-keep SYNC and commands from going out."""
 
 
 class CycleMap:
@@ -225,14 +221,10 @@ class PortCycle:
         return flags & OTHER
 
     def hand_out(self) -> None:
-        """Hand out what waits and is no process data."""
-        pump = self._pump
-        for _ in range(_AT_MOST):
-            arrivals = self._port.others()
-            if not arrivals:
-                break
-            for arrival in arrivals:
-                pump.hand_out(arrival)
+        """Hand out what was found waiting and is no process data; what has come since is found by the next look."""
+        hand_out = self._pump.hand_out
+        for arrival in self._port.others():
+            hand_out(arrival)
 
     def _note(self) -> None:
         """Tell axes and counts what is new."""

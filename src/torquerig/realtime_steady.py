@@ -52,12 +52,12 @@ class SteadyRealTimeDevices(RealTimeDevices):
 
     def _live_steadily(self, until_ns: int) -> Arrival | None:
         """Take frames and let happen what is due while that is regular; a frame that is not comes back."""
-        bus, steady, wake_ns = self._bus, self._steady, self._wake_ns
+        bus, steady = self._bus, self._steady
         arrival: Arrival | None = None
         try:
             regular = steady.advance(self._latest_ns)
             while regular and self._latest_ns < until_ns:
-                due_ns = min(until_ns, steady.next_event_ns + wake_ns)
+                due_ns = min(until_ns, steady.next_event_ns)
                 arrival = bus.receive(self._origin_ns + due_ns)
                 if arrival is None:
                     self._latest_ns = due_ns
