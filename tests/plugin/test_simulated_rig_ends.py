@@ -13,7 +13,7 @@ import pytest
 
 from torquerig import SimulatedRig
 from torquerig.errors import RigError
-from torquerig.rig_process import RigProcess
+from torquerig.rig_process import ANSWER_LIMIT_S, RigProcess
 
 PARENT = """
 import time
@@ -72,7 +72,7 @@ def test_ctrl_c_reaches_the_script_alone_and_ends_both(await_true):
     host = child_of(parent.pid)
     assert os.getpgid(host) != os.getpgid(parent.pid)
     parent.send_signal(signal.SIGINT)
-    _, errors = parent.communicate(timeout=60.0)
+    _, errors = parent.communicate(timeout=ANSWER_LIMIT_S + 30.0)  # so that what the rig itself gives up on is told
     assert errors.rstrip().endswith("KeyboardInterrupt")
     assert not lives(host)
     await_true(lambda: not folder.parent.exists(), "the folder is gone")
